@@ -119,7 +119,7 @@ def identify(
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:  # a fault of the logs is reported as the cause
         check_payloads(prepared.motions)
-        raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
+        raise_for(prepared, diagnose(prepared.logs()) if policy.checked else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:
             raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from error
@@ -145,7 +145,7 @@ def _diagnosed(
     refused: Diagnosis | None = None,
 ) -> Diagnosed:
     """Return diagnoses of logs and their estimate; what refuses an estimate is reported unless a fault explains it."""
-    if estimate is None or prepared.policy.doubt:
+    if estimate is None or prepared.policy.checked:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())

@@ -1,6 +1,6 @@
 """Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems."""
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -29,27 +29,27 @@ class Policy:
     """Policy for checks and repairs of logs.
 
     Attributes:
-        repair: Whether samples are checked, and repaired if the repair is unambiguous.
-        doubt: Whether the logs are tested for faults with alternative hypotheses.
-        repeats: Whether two logs may have the same samples, as simulated ones without noise.
+        checked: Whether samples are checked, and repaired if the repair is unambiguous, and the logs are tested for
+            faults with alternative hypotheses.
+        refuse: Whether logs that cannot be used, or repeat another, are refused, not left out.
         undelay: Whether a common delay of all currents is estimated and corrected.
-        refuse: Whether logs that cannot be used are refused, not left out.
     """
 
-    repair: bool
-    doubt: bool
-    repeats: bool
-    undelay: bool = False
+    checked: bool = True
     refuse: bool = True
+    undelay: bool = False
+
+    @property
+    def repeats(self) -> bool:
+        """Whether two logs may have the same samples, as simulated ones without noise."""
+        return not (self.checked and self.refuse)
 
 
-DOUBTED = Policy(repair=True, doubt=True, repeats=False)
+DOUBTED = Policy()
 """Logs of a robot."""
-KNOWN = Policy(repair=True, doubt=False, repeats=True)
-"""Policy for logs that were tested before, as those of a saved result."""
-REPORTED = Policy(repair=True, doubt=True, repeats=True, refuse=False)
+REPORTED = Policy(refuse=False)
 """Policy for a report on logs of a robot."""
-SIMULATED = Policy(repair=False, doubt=False, repeats=True)
+SIMULATED = Policy(checked=False)
 """Policy for simulated logs, which have only requested faults."""
 
 
@@ -69,6 +69,7 @@ class Examined:
     Attributes:
         recording: The original recording.
         repaired: Its parts, with unambiguous repairs.
+        longest: The longest part, with the name of the log.
         repairs: Diagnoses of the repairs.
         diagnoses: Results of the checks of its samples, by name of the check.
         parts: Prepared parts; empty if the log cannot be filtered.
@@ -77,16 +78,11 @@ class Examined:
 
     recording: Recording
     repaired: tuple[Recording, ...]
+    longest: Recording
     repairs: tuple[Diagnosis, ...]
     diagnoses: Mapping[str, tuple[Diagnosis, ...]]
     parts: tuple[Part, ...]
     unfit: RecordingError | None
-
-    @property
-    def longest(self) -> Recording:
-        """Return the longest part, with the name of the log."""
-        part = max(self.repaired, key=lambda part: len(part.t))
-        return part if part.name == self.recording.name else replace(part, name=self.recording.name)
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:
@@ -190,13 +186,13 @@ def _refuse_unfit(prepared: Prepared) -> None:
     """Refuse logs of wrong values, of positions beyond the limits, or that cannot be filtered; faults are the cause."""
     policy, arm, beyond = prepared.policy, prepared.problem.structure.arm, None
     used = [part for log in prepared.examined for part in log.repaired]
-    for each in used if policy.repair else ():
+    for each in used if policy.checked else ():
         check_log(each)
     try:
         for each in used:
             check_positions(arm, each)
     except RecordingError as error:
-        if not policy.doubt:
+        if not policy.checked:
             raise
         beyond = error
     for each in prepared.examined:
@@ -211,31 +207,33 @@ def examined(
     recording: Recording, structure: Structure, observing: ObserveOptions, policy: Policy = DOUBTED
 ) -> Examined:
     """Check, repair and observe one log; only observe it if the policy says so."""
-    repaired_parts, repairs, diagnoses = (recording,), tuple[Diagnosis, ...](), dict[str, tuple[Diagnosis, ...]]()
-    if policy.repair:
+    whole, repairs, diagnoses = (recording,), tuple[Diagnosis, ...](), dict[str, tuple[Diagnosis, ...]]()
+    unfit, parts = None, list[Part]()
+    if policy.checked:
         early = {name: each for name, each in SAMPLE_CHECKS.items() if name not in FILTERED}
         diagnoses = {name: tuple(each(recording, observing)) for name, each in early.items()}
-        repaired_parts, repairs = repaired(recording, structure.arm, observing)
+        whole, repairs = repaired(recording, structure.arm, observing)
+    longest = max(whole, key=lambda part: len(part.t))
+    longest = longest if longest.name == recording.name else replace(longest, name=recording.name)
     seen = (each for found in (*diagnoses.values(), repairs) for each in found)
-    names, unfit, parts = {each.name for each in seen if each.severity is not Severity.GOOD}, None, list[Part]()
+    names = {each.name for each in seen if each.severity is not Severity.GOOD}
     try:
-        for each in repaired_parts:
-            spoilt = spoilt_samples(each, names)
-            parts.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
+        for each in whole:
+            masks = [spoilt(each) for name, spoilt in SPOILING.items() if name in names]
+            invalid = np.logical_or.reduce(masks) if masks else None
+            parts.append(Part(each, invalid, observe(each, structure, observing, invalid)))
     except RecordingError as error:
         unfit, parts = error, []
-    found = Examined(
+    if policy.checked and unfit is None:
+        diagnoses |= {name: tuple(SAMPLE_CHECKS[name](longest, observing)) for name in FILTERED}
+    return Examined(
         recording=recording,
-        repaired=repaired_parts,
+        repaired=whole,
+        longest=longest,
         repairs=repairs,
         diagnoses=diagnoses,
         parts=tuple(parts),
         unfit=unfit,
-    )
-    if not policy.repair or unfit is not None:
-        return found
-    return replace(
-        found, diagnoses=diagnoses | {n: tuple(SAMPLE_CHECKS[n](found.longest, observing)) for n in FILTERED}
     )
 
 
@@ -273,12 +271,6 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
     more = f"; rx90 check lists {len(wrong) - 1} more" if len(wrong) > 1 else ""
     advice = f"; {worst.advice}" if worst.advice else ""
     return f"{worst.sentence}{rivals}{advice}{more}"
-
-
-def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:
-    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none."""
-    masks = [spoilt(recording) for name, spoilt in SPOILING.items() if name in names]
-    return np.logical_or.reduce(masks) if masks else None
 
 
 def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:

@@ -238,7 +238,7 @@ def unseen_motion(
     bare = [each for each in seen if each.payload is None]
     try:
         own = door([log])
-        compared = diagnose(door([*bare, log]).logs()) if policy.doubt else Diagnosed()
+        compared = diagnose(door([*bare, log]).logs()) if policy.checked else Diagnosed()
     except IdentificationError as error:
         if name in str(error):
             raise
@@ -287,9 +287,8 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     gain_of = dict(zip(found.gains.joints.tolist(), zip(found.gains.value, found.gains.std, strict=True), strict=True))
     for j in range(unseen.parts[0].observation.structure.arm.n):
         rel_error, fit = shares[0].get(j), fits.get(j)
-        largest = _largest(system, unseen, found, j, *gain_of[j]) if j in gain_of else None
-        by_payload = _gain_error(system, unseen, found, j, *gain_of[j]) if j in gain_of else None
-        gain_rel_error, gain_rel_std = by_payload or (None, None)
+        limits = (None, None, None) if j not in gain_of else _joint_limits(system, unseen, found, j, *gain_of[j])
+        largest, gain_rel_error, gain_rel_std = limits
         joints.append(
             UnseenJoint(
                 joint=j,
@@ -314,23 +313,6 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     )
 
 
-def _largest(system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
-    """Return the limit of the relative prediction error of a joint with gain g.
-
-    The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
-    standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
-    at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
-    """
-    carried, at = (unseen.log.payload or UNKNOWN).known_part(), system.joint == j
-    of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
-    of_payload = np.sum((system.carried[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
-    size = g**2 * np.sum(system.V[at] ** 2)
-    if j not in model.fits:
-        return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size)))
-    expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size))
-    return float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
-
-
 def _verdict(system: Columns, found: Array, other: Array, joints: Sequence[int]) -> Verdict:
     """Return Student's t-test of the difference of relative squared errors per time block, of all joints together."""
     from scipy.special import stdtrit  # slow import, rarely needed
@@ -346,25 +328,35 @@ def _verdict(system: Columns, found: Array, other: Array, joints: Sequence[int])
     return BETTER if more.mean() > 0.0 else WORSE
 
 
-def _gain_error(
+def _joint_limits(
     system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float
-) -> tuple[float, float] | None:
-    """Return the relative error of a gain g according to the payload, and its standard deviation.
+) -> tuple[float, float | None, float | None]:
+    """Return the limit of a joint's relative prediction error, the relative error of its gain g, and its deviation.
 
-    Only of gains with which the arm was identified. The standard deviation combines a jackknife over time blocks with
-    those of arm, payload and gain.
+    The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
+    standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
+    at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
+
+    The error of the gain, according to the payload, is that of a gain with which the arm was identified. Its standard
+    deviation combines a jackknife over time blocks with those of arm, payload and gain.
     """
-    if unseen.log.payload is None or j not in model.fits:
-        return None
-    known, at = unseen.log.payload.known_part(), np.flatnonzero(system.joint == j)
-    W, W_L, names = system.W[at], system.carried[at], unseen.parts[0].observation.structure.base.names
+    known, at = (unseen.log.payload or UNKNOWN).known_part(), np.flatnonzero(system.joint == j)
+    V, W, W_L = system.V[at], system.W[at], system.carried[at]
+    of_arm = np.sum((W @ model.covariance) * W)
+    of_payload = np.sum((W_L @ np.column_stack((known.spread, known.chi * std / g))) ** 2)
+    size = g**2 * np.sum(V**2)
+    if j not in model.fits:
+        return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size))), None, None
+    expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size))
+    largest = float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
+    names = unseen.parts[0].observation.structure.base.names
     own = np.array([name.rstrip("0123456789") not in (*INERTIAL, *ROTOR) for name in names])
     X = np.column_stack((W_L @ known.chi, W[:, own & W.any(axis=0)]))  # friction and offset are free here
-    if len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
-        return None
-    torque, first = g * system.V[at] - W @ model.base, np.linalg.pinv(X)[0]
+    if unseen.log.payload is None or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
+        return largest, None, None
+    torque, first = g * V - W @ model.base, np.linalg.pinv(X)[0]
     parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
     without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
     spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
     moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
-    return float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
+    return largest, float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))

@@ -73,12 +73,8 @@ class LogFault(NamedTuple):
     advice: str
 
 
-def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
-    """Refuse a recording with implausible clock, positions or currents.
-
-    Args:
-        recording: The recording.
-        t_unit: Declared unit of time; None if not declared.
+def check_log(recording: Recording, *, t_unit: str = "s") -> None:
+    """Refuse a recording with implausible clock, positions or currents; `t_unit` is the declared unit of time.
 
     Raises:
         RecordingError: If there is a finding; the message names channel, rows and probable cause.
@@ -87,13 +83,13 @@ def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}", joint=fault.joint)
 
 
-def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
+def check_clock(recording: Recording, *, t_unit: str = "s") -> None:
     """Refuse a recording with time in other units; arguments and errors as `check_log`."""
     for fault in _clock_faults(recording, t_unit):
-        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}", joint=fault.joint)
 
 
-def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[LogFault]:
+def log_faults(recording: Recording, *, t_unit: str = "s") -> Iterator[LogFault]:
     """Return all implausible features of a recording, the clock first, then channel by channel."""
     yield from _clock_faults(recording, t_unit)
     yield from _sample_faults(recording)
@@ -117,65 +113,61 @@ def jumps(recording: Recording, j: int) -> Mask:
     return (size > fastest) & (size > UNUSUAL * float(np.quantile(size, SHARE)))
 
 
-def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[LogFault]:
+def _clock_faults(recording: Recording, t_unit: str) -> Iterator[LogFault]:
     interval = float(np.median(np.diff(recording.t)))
     if FASTEST_CLOCK <= interval < SLOWEST:
         return
-    if t_unit is not None:
-        logged = interval / TIME[t_unit]
-        fitting = [unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST]
-        sentence = f"t is declared in {t_unit} but advances by {logged:.3g} {t_unit} a row, which is implausible"
-        yield LogFault(None, sentence, f"is it in {' or '.join(fitting)}?" if fitting else "is it time?")
-        return
-    units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
-    unit = next(name for least, name in units if interval >= least)
-    counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""
-    advice = f"is it in {unit}{counted}? t is in seconds, rows faster than {1.0 / SLOWEST:g} Hz"
-    yield LogFault(None, f"t advances by {interval:.3g} a row", advice)
+    unit = "s" if t_unit == ISO else t_unit
+    logged = interval / TIME[unit]
+    fitting = [name for name, scale in TIME.items() if name != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST]
+    fitting = [f"in {name}" for name in fitting]
+    fitting += ["the number of the row"] if (np.diff(recording.t) == 1.0).all() else []
+    sentence = f"t advances by {logged:.3g} {unit} a row, which is implausible"
+    yield LogFault(None, sentence, f"is it {' or '.join(fitting) or 'a time'}? Declare its unit, t=NAME[unit]")
 
 
 @once_per_object
 def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
-    found, many = list[LogFault](), list[tuple[str, int, Array, Mask, Array]]()
+    found, later = list[LogFault](), list[LogFault]()
     t, fastest = recording.t, FASTEST * float(np.median(np.diff(recording.t)))
-    for j, q in enumerate(recording.q.T):
-        many.append(("q", j, q, *_many_spikes(q, fastest)))
-        jumped, step = jumps(recording, j), np.diff(q)
-        if not jumped.any():
-            continue
-        row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
-        what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
-        more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
-        ending, advice = f"faster than {FASTEST:g} rad/s or m/s{more}", "such a speed is implausible; " + REPAIR
-        for turn, name, repair in TURNS:
-            if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
-                ending, advice = f"a turn of {name}: the angles are wrapped", f"unwrap them with {repair}"
-        found.append(LogFault(j, f"{what}, {ending}", advice))
-    of_v = [_many_spikes(v, float("inf")) for v in recording.v.T]
-    answered = _answered([mask for mask, _ in of_v], recording.q)
-    for j, v in enumerate(recording.v.T):
-        if not answered[j]:
-            many.append(("v", j, v, *of_v[j]))
-        rows = np.flatnonzero(_few_spikes(v))
-        if not len(rows):
-            continue
-        middle = float(np.median(v))
-        usual = float(np.quantile(np.abs(v - middle), SHARE))
-        listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
-        sentence = (
-            f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
-            f"{usual:.3g} of {middle:.3g}; {len(rows)} such samples (rows {listed})"
-        )
-        found.append(LogFault(j, sentence, "remove or repair them"))
-    for kind, j, x, mask, near in many:
+
+    def add_many(kind: str, j: int, x: Array, mask: Mask, near: Array) -> None:
         if mask.any():
             row, count = int(mask.argmax()), int(mask.sum())
             sentence = (
                 f"{kind}{j + 1} has {count} spikes ({100.0 * count / len(x):.2g} % of its samples), the first at row "
                 f"{row + 1}, t = {t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
             )
+            later.append(LogFault(j, sentence, REPAIR))
+
+    for j, q in enumerate(recording.q.T):
+        add_many("q", j, q, *_many_spikes(q, fastest))
+        jumped, step = jumps(recording, j), np.diff(q)
+        if not jumped.any():
+            continue
+        row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
+        more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
+        ending, advice = f"faster than {FASTEST:g} rad/s or m/s{more}", "such a speed is implausible; " + REPAIR
+        for turn, name, repair in TURNS:
+            if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
+                ending, advice = f"a turn of {name}: the angles are wrapped", f"unwrap them with {repair}"
+        found.append(LogFault(j, f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next, {ending}", advice))
+    of_v = [_many_spikes(v, float("inf")) for v in recording.v.T]
+    answered = _answered([mask for mask, _ in of_v], recording.q)
+    for j, v in enumerate(recording.v.T):
+        if not answered[j]:
+            add_many("v", j, v, *of_v[j])
+        rows = np.flatnonzero(_few_spikes(v))
+        if len(rows):
+            middle = float(np.median(v))
+            listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
+            sentence = (
+                f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
+                f"{np.quantile(np.abs(v - middle), SHARE):.3g} of {middle:.3g}; {len(rows)} such samples "
+                f"(rows {listed})"
+            )
             found.append(LogFault(j, sentence, REPAIR))
-    return tuple(found)
+    return (*found, *later)
 
 
 def _few_spikes(v: Array) -> Mask:

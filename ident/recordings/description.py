@@ -17,12 +17,18 @@ from ident.support.naming import one_line, shown
 from ident.support.options import Key, is_number, is_table, keys_of, one_of, strict_table
 
 OWN, UR, UR_TARGET, JOINT_STATES, LEROBOT = "own", "ur-rtde", "ur-rtde-target", "joint-states", "lerobot"
-FIXED: dict[str, tuple[str | None, str, str, str]] = {
-    OWN: (None, "t=t[s]", "q=q{1..n}[rad]", "v=v{1..n}"),
-    UR: ("current", "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=actual_current_{0..5}[A]"),
-    UR_TARGET: ("current", "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=target_current_{0..5}[A]"),
-}
-"""Layouts of known columns: quantity of v, and columns as on a command line, n the number of joints."""
+FIXED: dict[str, tuple[str | None, str, str, str, str]] = {
+    OWN: (None, "", "t=t[s]", "q=q{1..n}[rad]", "v=v{1..n}"),
+    UR: (
+        "current", f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} selects target_current",
+        "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=actual_current_{0..5}[A]",
+    ),
+    UR_TARGET: (
+        "current", "v is target_current_0 .. [A], as commanded by the controller",
+        "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=target_current_{0..5}[A]",
+    ),
+}  # fmt: skip
+"""Layouts of known columns: quantity of v, a note on it, and columns as on a command line, n the number of joints."""
 LAYOUTS = (*FIXED, JOINT_STATES, LEROBOT)
 """Names of the layouts, in the order in which they are tried; the last ones are those of formats that name joints."""
 EPISODE = "episode_index"

@@ -6,7 +6,6 @@ load      their numbers, in seconds, radians or metres, and one unit of v
 check     a `Recording`, its clock, jumps and spikes              `checks`
 """
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +14,13 @@ import numpy as np
 
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
-from ident.recordings.description import ISO, MEANINGS, POSITION, TICKS, TIME, LogDescription
+from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, LogDescription
 from ident.recordings.formats import LogFormat
 from ident.recordings.formats.arrays import ARRAYS, PARQUET, arrow_array
 from ident.recordings.formats.csv import CSV
 from ident.recordings.formats.lerobot import LEROBOT
 from ident.recordings.formats.ros import ROS
-from ident.recordings.layouts import TAKEN, resolved
+from ident.recordings.layouts import resolved
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
@@ -37,7 +36,6 @@ LOGS: dict[str, LogFormat] = {
 """Log formats by name; the ending of a file's name selects the format, and CSV is the default."""
 TEMPERATURES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
 """Patterns of temperature columns, and the number of the first joint."""
-UR_CURRENT = re.compile("(?:actual|target)_current_[0-5]")
 DRIVE_UNITS = "as logged [drive units]"
 
 
@@ -128,14 +126,14 @@ def read_log(
     t = columns[meant.t.columns[0]][kept] * TIME[meant.t.unit[0]]
     recording = Recording(t, np.column_stack(q), np.column_stack(v), place)
     if check is not None:
-        check(recording, t_unit=next((unit for unit in given.t.unit if unit != ISO), None))
+        check(recording, t_unit=meant.t.unit[0])
     signal, words, note = meant.signal, f"{meaning.words} [{meaning.unit}]" if meaning else DRIVE_UNITS, ""
     if given.v.constant:
         signal, words = "current", "current, from torque by the specified constants [A]"
         note = "v is the current: torque divided by the specified constants"
     elif meaning:
         note = meaning.note
-    taken = TAKEN.get(layout or "", "") if all(map(UR_CURRENT.fullmatch, meant.v.columns)) else ""
+    taken = FIXED[layout][1] if layout in FIXED and not given.v.columns else ""
     notes = tuple(filter(None, (taken, note)))
     return Log(recording=recording, description=meant, layout=layout, signal=signal, v=words, notes=notes)
 

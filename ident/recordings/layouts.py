@@ -25,8 +25,6 @@ from ident.recordings.description import (
     TICKS,
     TIME,
     TORQUE_FROM_CURRENT,
-    UR,
-    UR_TARGET,
     Channels,
     LogDescription,
     described,
@@ -35,11 +33,6 @@ from ident.recordings.formats import MOST_COLUMNS, OURS, Table, entry, listed
 from ident.support.errors import RecordingError
 from ident.support.naming import nearest, shown
 
-TAKEN = {
-    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} selects target_current",
-    UR_TARGET: "v is target_current_0 .. [A], as commanded by the controller",
-}
-"""Notes on choices of a layout."""
 CURRENT = re.compile(r"^observation\.current\.|\.current$")
 """Name of a column of currents, not torques, of a dataset of LeRobot."""
 
@@ -107,7 +100,7 @@ def _known(layout: str, place: str, table: Table, given: LogDescription, wanted:
     """Return what a layout says of columns that are not declared, None for a file of another layout."""
     names = table.names
     if layout in FIXED:
-        signal, *words = FIXED[layout]
+        signal, _, *words = FIXED[layout]
         ours = [name for name in names if OURS.fullmatch(name) and name[0] in wanted - {"t"}]
         joints = max((int(name[1:]) for name in ours), default=1)
         known = replace(described([word.replace("n}", f"{joints}}}") for word in words]), signal=signal)

@@ -162,23 +162,23 @@ def _check(recording: Recording) -> None:
         )
     if q.shape[1] == 0:
         raise RecordingError(f"{name}: the recording has no joint")
-    largest = {"t": np.finfo(np.float64).max, "q": LARGEST_POSITION, "v": LARGEST_CURRENT}
-    for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
-        bad = np.argwhere(~(np.abs(values) <= largest[label]))
+    for kind, values, largest in (
+        ("t", t[:, None], float(np.finfo(np.float64).max)),
+        ("q", q, LARGEST_POSITION),
+        ("v", v, LARGEST_CURRENT),
+    ):
+        bad = np.argwhere(~(np.abs(values) <= largest))
         if len(bad):
-            row, joint = bad[0]
-            channel, where = (
-                label if label == "t" else f"{label}{joint + 1}",
-                f"at row {row + 1} ({len(bad)} such values)",
-            )
-            if not np.isfinite(values[row, joint]):
+            row, joint = bad[0].tolist()
+            value, channel = float(values[row, joint]), kind if kind == "t" else f"{kind}{joint + 1}"
+            where = f"at row {row + 1} ({len(bad)} such values)"
+            if not np.isfinite(value):
                 raise RecordingError(f"{name}: {channel} is not a finite number {where}; remove or repair those rows")
             raise RecordingError(
-                f"{name}: {channel} = {values[row, joint]:.4g} {where}; expected "
-                f"{'positions' if label == 'q' else 'currents'} up to {largest[label]:g}, check the unit",
-                joint=int(joint),
-                value=float(values[row, joint]),
-                bounds=(-float(largest[label]), float(largest[label])),
+                f"{name}: {channel} = {value:.4g} {where}; expected up to {largest:g}, check the unit",
+                joint=joint,
+                value=value,
+                bounds=(-largest, largest),
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")

@@ -16,7 +16,7 @@ from ident.estimation.problem import GainOptions, Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
-from ident.preparation import KNOWN, SIMULATED
+from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import NotIdentifiable, OptionError
 
@@ -99,12 +99,12 @@ def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monke
 
     bare, loaded = logs_of(Truth())
     with pytest.raises(NotIdentifiable, match="swapped"):
-        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
+        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=SIMULATED)
     monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
     with pytest.raises(NotIdentifiable, match="swapped"):
-        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
+        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=SIMULATED)
     with pytest.raises(NotIdentifiable, match="the gains do not converge"):
-        identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)
+        identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=SIMULATED)
 
 
 def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch):

@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.hypothesis import as_logged, read_as
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation.observation import ObserveOptions
-from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare
+from ident.preparation import DOUBTED, REPORTED, SIMULATED, Prepared, examined, joined, prepare
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import Contradiction, NotIdentifiable, RecordingError
 
@@ -22,7 +22,7 @@ def logs() -> list[Recording]:
     return logs_of(Truth())
 
 
-def prepared(axes, bare: Recording, loaded: Recording, policy=KNOWN) -> Prepared:
+def prepared(axes, bare: Recording, loaded: Recording, policy=DOUBTED) -> Prepared:
     return prepare((Motion(bare), Motion(loaded, BRICK)), axes, gains=LOOSE, policy=policy)
 
 
@@ -35,11 +35,11 @@ def with_v(log: Recording, v: np.ndarray) -> Recording:
 
 
 def test_sound_logs_are_used_as_they_are_whatever_the_policy(axes, logs):
-    found = [prepared(axes, *logs, policy=policy) for policy in (DOUBTED, KNOWN, SIMULATED)]
+    found = [prepared(axes, *logs, policy=policy) for policy in (DOUBTED, SIMULATED)]
     for each in found:
         assert [motion.recording is log for motion, log in zip(each.motions, logs, strict=True)] == [True, True]
         assert each.diagnoses == ()
-    np.testing.assert_array_equal(gains(found[0]), gains(found[2]))
+    np.testing.assert_array_equal(gains(found[0]), gains(found[1]))
 
 
 def test_logs_of_a_simulator_are_not_repaired(axes, logs):
@@ -134,7 +134,7 @@ def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
     motions = (Motion(logs[0]), Motion(again))
     with pytest.raises(NotIdentifiable, match="bare and again contain the same motion"):
         prepare(motions, axes, policy=DOUBTED)
-    assert len(prepare(motions, axes, policy=KNOWN).motions) == 2
+    assert len(prepare(motions, axes, policy=REPORTED).motions) == 2
     assert len(prepare(motions, axes, policy=SIMULATED).motions) == 2
 
 
@@ -146,7 +146,7 @@ def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, lo
         prepared(axes, two, loaded, policy=policy)
     degrees = Recording(bare.t, np.rad2deg(bare.q), bare.v, "bare")
     doubted = (Contradiction, "all positions are in degrees in bare alone; ")  # found beside all other faults
-    refused, said = doubted if policy.doubt else (RecordingError, "the log looks like degrees")
+    refused, said = doubted if policy.checked else (RecordingError, "the log looks like degrees")
     with pytest.raises(refused, match=said):
         prepared(axes, degrees, loaded, policy=policy)
 

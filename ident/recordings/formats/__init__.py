@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ident.recordings.description import LogDescription
+from ident.recordings.description import FIXED, OWN, LogDescription, described
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 from ident.support.naming import one_line
@@ -24,8 +24,8 @@ MOST_VALUES = 50_000_000
 """Largest number of values read from a file; a million samples of 24 joints."""
 OURS = re.compile(r"t|[qv][1-9][0-9]{0,3}")
 """Standard names."""
-KNOWN = re.compile(OURS.pattern + r"|timestamp|(?:actual|target)_(?:q|current)_[0-5]")
-"""Names by which the header of a text is recognised: the standard ones, and those of Universal Robots."""
+KNOWN = {name for layout, (_, _, *words) in FIXED.items() if layout != OWN for name in described(words).names}
+"""Names by which the header of a text is recognised, beside the standard ones."""
 DAMAGED = (
     OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError, RuntimeError,
     MemoryError, OverflowError, struct.error, zlib.error, zipfile.BadZipFile,

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import KNOWN, Columns, LogFormat, Table, readable
+from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
@@ -110,7 +110,7 @@ def _header(place: str, lines: list[str], description: LogDescription) -> tuple[
 
     def known(line: str, separator: str) -> int:
         names = _split(line, separator)
-        return sum(name in declared or bool(KNOWN.fullmatch(name) or KNOWN.fullmatch(name.lower())) for name in names)
+        return sum(name in declared or name in KNOWN or bool(OURS.fullmatch(name.lower())) for name in names)
 
     def numeric(line: str, separator: str) -> int:
         cells = _split(line if separator == "," else line.replace(",", "."), separator)

@@ -41,12 +41,10 @@ FAULTS = {
     r"q2 is not a finite number at row 8 \(1 such values\)": {"q": changed(Q, 7, 1, to=np.nan)},
     "v1 is not a finite number at row 9": {"v": changed(V, 8, 0, to=np.inf)},
     "t is not a finite number at row 1": {"t": changed(T, 0, to=np.nan)},
-    r"q2 = -1\.001e\+06 at row 6 \(1 such values\); expected positions up to 1e\+06": {
+    r"q2 = -1\.001e\+06 at row 6 \(1 such values\); expected up to 1e\+06": {
         "q": changed(Q, 5, 1, to=-1.001 * LARGEST_POSITION)
     },
-    r"v2 = 1\.001e\+12 at row 6 .*; expected currents up to 1e\+12": {
-        "v": changed(V, 5, 1, to=1.001 * LARGEST_CURRENT)
-    },
+    r"v2 = 1\.001e\+12 at row 6 .*; expected up to 1e\+12": {"v": changed(V, 5, 1, to=1.001 * LARGEST_CURRENT)},
     r"time does not increase at row 9: t = 0\.07 s after 0\.07 s$": {"t": changed(T, 8, to=T[7])},
     r"row 9: t = 0\.02 s after 0\.07 s; if the file holds several recordings": {"t": changed(T, 8, to=0.02)},
     "q2 never changes; .*to leave out a gripper .* name the others: q=NAME": {"q": changed(Q, slice(None), 1, to=0.3)},

@@ -82,16 +82,13 @@ def open_csv(path: Path, description: LogDescription) -> Table:
             for read, k in wanted:
                 cell = cells[k].replace(",", ".", 1) if decimal == "," else cells[k]
                 try:
-                    values.append(read(cell))
-                    readable = "_" not in cell  # a digit separator of Python, not of logs
+                    values.append(read(cell.replace("_", "x")))  # a digit separator of Python, not of logs
                 except ValueError:
-                    readable = False
-                if not readable:
                     dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                     raise RecordingError(
                         f"{place}: line {number}, column {header[k]}: {shown(cells[k])} is not "
                         f"{dates if read is _date else 'a number'}"
-                    )
+                    ) from None
         return dict(zip(names, np.ascontiguousarray(np.reshape(values, (-1, len(names))).T), strict=True))
 
     return Table(header, load)

@@ -114,7 +114,7 @@ def fields() -> np.ndarray:
 
 
 def test_arrays_of_standard_names_and_named_fields_are_read(tmp_path):
-    np.savez(tmp_path / "own.npz", t=T, q=Q, v=V)
+    np.savez(tmp_path / "own.npz", t=T, q=Q, v=V, images=np.zeros((len(T), 128)))  # wide, but not transposed
     np.savez_compressed(tmp_path / "packed.npz", t=T, q=Q, v=V, note=np.array("a text"))
     np.savez(tmp_path / "fields.npz", log=fields())
     np.save(tmp_path / "fields.npy", fields())

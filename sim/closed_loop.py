@@ -22,7 +22,7 @@ does not: only the log is rounded.
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -52,14 +52,8 @@ def no_progress(seconds: float) -> None:
     """Callback that does nothing."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LoopLog:
-    """Every control period of B simulations.
-
-    Attributes:
-        q: Encoder readings [rad], shape (B, N, n).
-        v: Current references [drive units], shape (B, N, n).
-    """
+class LoopLog(NamedTuple):
+    """Every control period of B simulations: encoder readings [rad], current references [drive units], (B, N, n)."""
 
     q: Array
     v: Array
@@ -129,12 +123,7 @@ class ControlPeriods:
     """
 
     def __init__(self, controllers: Sequence[Controller], length: int) -> None:
-        """Allocate the memory.
-
-        Args:
-            controllers: One per simulation, of equal period.
-            length: Number of control periods of a run.
-        """
+        """Allocate the memory of a run of `length` control periods, for controllers of equal period."""
         kp, self._kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
         B, n = kp.shape
         keeps, takes = (

@@ -60,16 +60,8 @@ PROBE = 1e-6
 """Step [rad] of the finite difference for a stiffness."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class States:
-    """A reference motion, N samples of n joints.
-
-    Attributes:
-        t: [s], shape (N,).
-        q: Positions [rad], shape (N, n).
-        dq: Velocities [rad/s], shape (N, n).
-        ddq: Accelerations [rad/s^2], shape (N, n).
-    """
+class States(NamedTuple):
+    """A reference motion: times [s], (N,); positions, velocities and accelerations [rad, rad/s, rad/s^2], (N, n)."""
 
     t: Array
     q: Array
@@ -83,21 +75,6 @@ class _Frictionless:
 
     saved: bytes
     model: mujoco.MjModel = field(compare=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rubbing:
-    """A compiled plant: its model without friction, and its friction."""
-
-    rigid: _Frictionless
-    acts: Varied
-
-
-class _Feedforward(NamedTuple):
-    """Currents of a motion [drive units], shape (N, n), and final temperature rise of the drives [K], shape (n,)."""
-
-    v: Array
-    warmth: Array
 
 
 def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
@@ -115,13 +92,12 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
         if starts_warm(experiment):
             motion = warming_motion(experiment)
             for share in (0.5, 1.0):
-                before = after_warm_up(motion, _feedforward(motion, rate_hz, before).v, share)
+                before = after_warm_up(motion, _feedforward(motion, rate_hz, before)[0], share)
         elif (carried := warmth_before(experiments, i, ended)) is not None:
             assert not isinstance(carried, SimulationError), "none is kept"
             before = carried
-        result = _feedforward(experiment, rate_hz, before)
-        ended[i] = result.warmth
-        found.append(result.v)
+        v, ended[i] = _feedforward(experiment, rate_hz, before)
+        found.append(v)
     return found
 
 
@@ -164,7 +140,7 @@ def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
 
     Links behind a transmission are separate from their motors.
     """
-    model, motion = _rubbing_of(experiment).rigid.model, experiment.trajectory
+    model, motion = _rubbing_of(experiment)[0].model, experiment.trajectory
     n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
     coarse = motion.duration / count * np.arange(count + 1)
     data, M, found = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.empty((count + 1, n, n))
@@ -179,8 +155,9 @@ def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     return (1.0 - share) * found[below] + share * found[below + 1]
 
 
-def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feedforward:
-    found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
+def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> tuple[Array, Array]:
+    """Return the currents of a motion [drive units], (N, n), and the final temperature rise of the drives [K], (n,)."""
+    found = _settled(*_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
     if found is None:
         raise PlantError(
             f"{experiment.name}: no current moves the arm: load-dependent friction equals or exceeds the drive torque"
@@ -188,14 +165,14 @@ def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feed
     return found
 
 
-def _rubbing_of(experiment: Experiment) -> _Rubbing:
-    """Return the compiled plant of an experiment; a payload that is not mounted has no effect."""
+def _rubbing_of(experiment: Experiment) -> tuple[_Frictionless, Varied]:
+    """Return the plant of an experiment without friction, and its friction; an unmounted payload has no effect."""
     plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
     return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier, file_stamp(plant.robot.model))
 
 
 @lru_cache(maxsize=PLANTS_KEPT)
-def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> _Rubbing:
+def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> tuple[_Frictionless, Varied]:
     model = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     acts = acting(plant, model, step=step, earlier=earlier)
     driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
@@ -204,17 +181,16 @@ def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) 
     model.actuator_gainprm[:] = model.actuator_biasprm[:] = 0.0
     saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, saved)
-    return _Rubbing(_Frictionless(saved.tobytes(), model), acts)
+    return _Frictionless(saved.tobytes(), model), acts
 
 
 @lru_cache(maxsize=TABLES_KEPT)
 def _settled(
-    rubbing: _Rubbing, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
-) -> _Feedforward | None:
-    """Currents of a plant along a motion, None if friction prevents any motion; equal plants share them."""
-    errors, drives = rubbing.acts.errors, rubbing.acts.build.drives
-    states = states_of(motion, rate_hz)
-    rigid = _torque_along(rubbing.rigid, motion, rate_hz)
+    frictionless: _Frictionless, acts: Varied, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
+) -> tuple[Array, Array] | None:
+    """As `_feedforward`, None if friction prevents any motion; equal plants share the result."""
+    errors, drives, states = acts.errors, acts.build.drives, states_of(motion, rate_hz)
+    rigid = _torque_along(frictionless, motion, rate_hz)
     v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
     steady = not any(effect.varies(errors) for effect in EFFECTS.values())  # nothing then depends on the current
     warms = Temperature.varies(errors)
@@ -224,11 +200,11 @@ def _settled(
 
     for _ in range(FEEDBACK_ITERATIONS):
         warm = warmed(v)[:-1] if warms else np.zeros_like(v)
-        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
+        tau = rigid + _beside(acts, states, v, rigid, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
             v.flags.writeable = False
-            return _Feedforward(v, warmed(v)[-1])
+            return v, warmed(v)[-1]
         before = v
     return None
 

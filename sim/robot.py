@@ -7,60 +7,25 @@ absent, and a model error that needs one is refused by name. A file states every
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, NonNegativeFloat, PositiveFloat, model_validator
-from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
+from pydantic import (
+    AfterValidator,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    model_validator,
+)
 
-from ident.support.arrays import Array, readonly
+from ident.support.arrays import Array
 from ident.support.files import read_toml
 from sim.errors import PlantError
-from sim.tables import Table, validated_table
+from sim.tables import Table, ValueOf, validated_table
 
 LARGEST = 1e9
 """Largest absolute value of any parameter of a drive, in SI units or drive units."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DriveTruth:
-    """True parameters of the drives, joint side; every array has shape (n,).
-
-    Attributes:
-        gain: g [N m / drive unit]; negative for a drive wired backwards, never zero.
-        amplifier_offset: v0 [drive units].
-        rotor_inertia: Ia [kg m^2].
-        viscous_friction: Fv [N m s/rad].
-        coulomb_friction: Fc [N m].
-        coulomb_asymmetry: Fcoff [N m].
-        current_limit: Saturation of the current reference [drive units].
-
-    Raises:
-        PlantError: If shapes differ, or a value is impossible.
-    """
-
-    gain: Array
-    amplifier_offset: Array
-    rotor_inertia: Array
-    viscous_friction: Array
-    coulomb_friction: Array
-    coulomb_asymmetry: Array
-    current_limit: Array
-
-    def __post_init__(self) -> None:
-        """Check shapes and signs."""
-        n = len(self.gain)
-        for name in (drive.name for drive in fields(self)):
-            values = np.asarray(getattr(self, name), dtype=np.float64)
-            signed = name in ("gain", "amplifier_offset", "coulomb_asymmetry")
-            for wrong, said in (
-                (values.shape != (n,) or not np.isfinite(values).all(), f": expected {n} finite numbers"),
-                ((np.abs(values) > LARGEST).any(), f": expected {LARGEST:g} at most"),
-                (not signed and (values < 0.0).any(), " has a negative value"),
-                (name == "gain" and not values.all(), " has a zero"),
-            ):
-                if wrong:
-                    raise PlantError(f"drives: {name} {values.tolist()}{said}")
 
 
 Origin = Literal["published", "measured", "assumed"]
@@ -83,17 +48,86 @@ class LengthTable(FrictionTable):
     value: PositiveFloat = Field(description="The number")
 
 
-class _ValueOf(NamedTuple):
-    """Annotation of a number that a file states as a table."""
+class JointsTable(Table):
+    """Numbers, one per joint; one origin for all, or one per joint."""
 
-    table: type[FrictionTable]
+    value: list[float] = Field(description="The numbers, one per joint")
+    origin: Origin | list[Origin] = Field(description="Origin of the numbers, one word for all or one per joint")
+    source: Source = Field(description="Source of the number")
 
-    def __get_pydantic_core_schema__(self, _: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return no_info_after_validator_function(lambda stated: stated.value, handler.generate_schema(self.table))
+    @model_validator(mode="after")
+    def _one_origin_a_value(self) -> "JointsTable":
+        if isinstance(self.origin, list) and len(self.origin) != len(self.value):
+            raise ValueError(f"{len(self.origin)} origins for {len(self.value)} values; expected one, or one per value")
+        return self
 
 
-Friction = Annotated[float, _ValueOf(FrictionTable)]
-Length = Annotated[float, _ValueOf(LengthTable)]
+class SpeedsTable(JointsTable):
+    """Numbers above 0, one per joint."""
+
+    value: list[PositiveFloat] = Field(description="The numbers, one per joint")  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
+
+
+Friction = Annotated[float, ValueOf(FrictionTable)]
+Length = Annotated[float, ValueOf(LengthTable)]
+PerJoint = Annotated[Array, ValueOf(JointsTable)]
+Speeds = Annotated[Array, ValueOf(SpeedsTable)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DriveTruth:
+    """True parameters of the drives, joint side; every array has shape (n,).
+
+    Attributes:
+        gain: Joint torque per current g [N m / drive unit], force for a prismatic joint; negative if the drive is wired
+            in reverse, never zero.
+        amplifier_offset: Current references at zero torque v0 [drive units].
+        rotor_inertia: Inertias of the rotors Ia, joint side [kg m^2].
+        viscous_friction: Viscous friction Fv [N m s/rad].
+        coulomb_friction: Coulomb friction Fc [N m].
+        coulomb_asymmetry: Asymmetry of Coulomb friction between the directions Fcoff [N m].
+        current_limit: Saturation of the current reference [drive units].
+
+    Raises:
+        PlantError: If shapes differ, or a value is impossible.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = Table.model_config
+    gain: PerJoint
+    amplifier_offset: PerJoint
+    rotor_inertia: PerJoint
+    viscous_friction: PerJoint
+    coulomb_friction: PerJoint
+    coulomb_asymmetry: PerJoint
+    current_limit: PerJoint
+
+    def __post_init__(self) -> None:
+        """Check shapes and signs."""
+        n = len(self.gain)
+        for name in (drive.name for drive in fields(DriveTruth)):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            signed = name in ("gain", "amplifier_offset", "coulomb_asymmetry")
+            for wrong, said in (
+                (values.shape != (n,) or not np.isfinite(values).all(), f": expected {n} finite numbers"),
+                ((np.abs(values) > LARGEST).any(), f": expected {LARGEST:g} at most"),
+                (not signed and (values < 0.0).any(), " has a negative value"),
+                (name == "gain" and not values.all(), " has a zero"),
+            ):
+                if wrong:
+                    raise PlantError(f"drives: {name} {values.tolist()}{said}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RatedDrives(DriveTruth):
+    """Nominal drives, and their rated speeds and accelerations.
+
+    Attributes:
+        max_velocity: Rated speeds [rad/s].
+        max_acceleration: Rated accelerations [rad/s^2].
+    """
+
+    max_velocity: Speeds
+    max_acceleration: Speeds
 
 
 class Coupling(Table):
@@ -191,59 +225,6 @@ class Robot:
             raise PlantError(f"robot {self.name}: {faults[0]}")
 
 
-class JointsTable(Table):
-    """Numbers, one per joint; one origin for all, or one per joint.
-
-    Attributes:
-        value: The numbers, one per joint.
-        origin: Origin of the numbers, one word for all or one per joint.
-        source: Source of the number.
-    """
-
-    value: list[float]
-    origin: Origin | list[Origin]
-    source: Source
-
-    @model_validator(mode="after")
-    def _one_origin_a_value(self) -> "JointsTable":
-        if isinstance(self.origin, list) and len(self.origin) != len(self.value):
-            raise ValueError(f"{len(self.origin)} origins for {len(self.value)} values; expected one, or one per value")
-        return self
-
-
-class SpeedsTable(JointsTable):
-    """Numbers above 0, one per joint."""
-
-    value: list[PositiveFloat]  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
-
-
-class DrivesTable(Table):
-    """Nominal drives: `sim.robot.DriveTruth`, and rated speeds and accelerations.
-
-    Attributes:
-        gain: Joint torque per current [N m / drive unit], force for a prismatic joint; negative if the drive is wired
-            in reverse.
-        rotor_inertia: Inertias of the rotors, joint side [kg m^2].
-        viscous_friction: Viscous friction [N m s/rad].
-        coulomb_friction: Coulomb friction [N m].
-        coulomb_asymmetry: Asymmetry of Coulomb friction between the directions [N m].
-        amplifier_offset: Current references at zero torque [drive units].
-        current_limit: Saturation of the current reference [drive units].
-        max_velocity: Rated speeds [rad/s].
-        max_acceleration: Rated accelerations [rad/s^2].
-    """
-
-    gain: JointsTable
-    rotor_inertia: JointsTable
-    viscous_friction: JointsTable
-    coulomb_friction: JointsTable
-    coulomb_asymmetry: JointsTable
-    amplifier_offset: JointsTable
-    current_limit: JointsTable
-    max_velocity: SpeedsTable
-    max_acceleration: SpeedsTable
-
-
 class RobotTable(Table):
     """A robot file.
 
@@ -262,8 +243,8 @@ class RobotTable(Table):
     name: Source
     model: Source
     flange: Source | None = None
-    home: JointsTable
-    drives: DrivesTable
+    home: PerJoint
+    drives: RatedDrives
     coupling: list[Coupling] = Field([])
     frames: dict[str, str] = Field({})
     gravity_spring: GravitySpring | None = None
@@ -280,27 +261,24 @@ def read_robot(path: Path) -> Robot:
         PlantError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
-        content = read_toml(path, error=ValueError)
-    except ValueError as error:  # it names the path
-        raise PlantError(f"robot file {error}") from error
-    table = validated_table(RobotTable, content, f"robot file {path}", PlantError)
-    model = path.parent / table.model
-    stated = {name: readonly(each.value) for name, each in table.drives}
-    try:
+        table = validated_table(RobotTable, read_toml(path, error=ValueError), str(path), ValueError)
         robot = Robot(
             name=table.name,
-            model=model,
+            model=path.parent / table.model,
             flange=table.flange,
-            drives=DriveTruth(**{field.name: stated.pop(field.name) for field in fields(DriveTruth)}),
-            **stated,
-            home=readonly(table.home.value),
+            drives=table.drives,
+            max_velocity=table.drives.max_velocity,
+            max_acceleration=table.drives.max_acceleration,
+            home=table.home,
             frames=table.frames,
             couplings=tuple(table.coupling),
             gravity_spring=table.gravity_spring,
             rated_load=table.rated_load,
         )
+    except ValueError as error:  # it names the path
+        raise PlantError(f"robot file {error}") from error
     except PlantError as error:
         raise PlantError(f"robot file {path}: {error}") from error
-    if not model.is_file():
-        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {model}")
+    if not robot.model.is_file():
+        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
     return robot

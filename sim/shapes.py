@@ -186,7 +186,7 @@ class Clearance:
         spec.option.disableflags = 0
         _set_planes_apart(spec)
         neighbours = list(pairwise(stand_in(spec, plant.robot)))
-        groups = _groups(spec)
+        groups, beside = _groups(spec)
         body = mount_payload(spec, plant.payload)
         if solids is None:
             add_payload_shape(body, plant.payload)
@@ -198,7 +198,7 @@ class Clearance:
         chain = [*groups, [body.name]]
         for i, names in enumerate(chain):
             neighbours += [(one, other) for close in chain[i + 1 : i + 3] for one in names for other in close]
-        neighbours += [(one, other) for one in (*_beside(spec), *_planes(spec)) for other in groups[1]]
+        neighbours += [(one, other) for one in beside for other in groups[1]]
         for one, other in dict.fromkeys(neighbours):
             spec.add_exclude(bodyname1=one, bodyname2=other)
         self._margin = margin
@@ -268,28 +268,16 @@ def _set_planes_apart(spec: mujoco.MjSpec) -> None:
         spec.delete(geom)
 
 
-def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
-    """Return names of bodies that move together: the static base, then each link with bodies fixed to it."""
-    links = [joint.parent for joint in spec.joints]
-    below = [{link.name, *_below(link)} for link in links] + [set[str]()]
-    moving = [sorted(mine - farther) for mine, farther in pairwise(below)]
-    planes = _planes(spec)
-    base = sorted({body.name for body in spec.bodies} - below[0] - planes - set(_beside(spec)))
-    return [base, *moving]
+def _groups(spec: mujoco.MjSpec) -> tuple[list[list[str]], list[str]]:
+    """Return names of bodies that move together, and of static ones beside the arm: planes, and what carries no joint.
 
-
-def _beside(spec: mujoco.MjSpec) -> list[str]:
-    """Return names of static bodies that carry no joint, without planes."""
-    moving = {name for joint in spec.joints for name in (joint.parent.name, *_below(joint.parent))}
-    planes = _planes(spec)
-    still = [body for body in spec.bodies[1:] if body.name not in moving | planes]
-    return [body.name for body in still if not body.find_all(mujoco.mjtObj.mjOBJ_JOINT) and body.name != "payload"]
-
-
-def _planes(spec: mujoco.MjSpec) -> set[str]:
-    """Names of the bodies of planes."""
-    return {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
-
-
-def _below(body: mujoco.MjsBody) -> list[str]:
-    return [each.name for each in body.find_all("body")]
+    The groups are the static base, then each link with bodies fixed to it.
+    """
+    below = [{joint.parent.name, *(each.name for each in joint.parent.find_all("body"))} for joint in spec.joints]
+    moving = [sorted(mine - farther) for mine, farther in pairwise([*below, set[str]()])]
+    beside = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
+    for body in spec.bodies[1:]:
+        if body.name not in below[0] and not body.find_all(mujoco.mjtObj.mjOBJ_JOINT):
+            beside.add(body.name)
+    base = sorted({body.name for body in spec.bodies} - below[0] - beside)
+    return [base, *moving], sorted(beside)

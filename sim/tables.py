@@ -3,10 +3,12 @@
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
+from ident.support.arrays import Array, readonly
 from ident.support.naming import nearest, one_line, shown
 
 BRANCHES = ("Table", "]", "float", "str", "bool")
@@ -18,6 +20,20 @@ class Table(BaseModel):
     """A table of a file: unknown keys are errors, values are frozen and strictly typed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+
+class ValueOf(NamedTuple):
+    """Annotation of a number, or of an array (n,), that a file states as a table with its `value`."""
+
+    table: type[BaseModel]
+
+    def __get_pydantic_core_schema__(self, _: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Validate as the table, and keep its value."""
+
+        def value(stated: Any) -> float | Array:
+            return readonly(stated.value) if isinstance(stated.value, list) else stated.value
+
+        return no_info_after_validator_function(value, handler.generate_schema(self.table))
 
 
 def validated_table(kind: type[Model], table: object, where: str, error: type[Exception]) -> Model:
@@ -45,12 +61,15 @@ def unknown_key(table: object, hint: Any, where: str = "") -> str | None:
         return next(filter(None, found), None)
     if not isinstance(table, Mapping):
         return None
+    if get_origin(hint) is Annotated:
+        stated = next((each.table for each in hint.__metadata__ if isinstance(each, ValueOf)), None)
+        return unknown_key(table, stated or get_args(hint)[0], where)
     if get_origin(hint) is dict:  # names of the user's choice
         known = dict.fromkeys(table, get_args(hint)[1])
-    elif is_dataclass(hint):
-        known = dict.fromkeys((each.name for each in fields(hint)), None)
-    elif isinstance(hint, type) and issubclass(hint, BaseModel):
-        known = {name: each.annotation for name, each in hint.model_fields.items()}
+    elif is_dataclass(hint) or (isinstance(hint, type) and issubclass(hint, BaseModel)):
+        names = [each.name for each in fields(hint)] if is_dataclass(hint) else hint.model_fields
+        types = get_type_hints(hint, include_extras=True)
+        known = {name: types[name] for name in names}
     else:  # str | X is a name or a table
         return next(filter(None, (unknown_key(table, each, where) for each in get_args(hint))), None)
     for key, value in table.items():

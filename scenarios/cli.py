@@ -241,8 +241,8 @@ def parser_of(wanted: Collection[str]) -> OneLineParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="versions that results depend on")
-    said = 'print the completion of a shell, e.g. eval "$(rx90 --print-completion bash)" in ~/.bashrc'
-    parser.add_argument(COMPLETION, choices=SHELLS, metavar="SHELL", help=said)
+    text = 'print the completion of a shell, e.g. eval "$(rx90 --print-completion bash)" in ~/.bashrc'
+    parser.add_argument(COMPLETION, choices=SHELLS, metavar="SHELL", help=text)
     commands = parser.add_subparsers(prog="rx90", metavar="COMMAND", help=argparse.SUPPRESS)
     for name, summary in COMMANDS.items():
         below = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")

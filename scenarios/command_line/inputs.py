@@ -48,8 +48,8 @@ class Mounting(NamedTuple):
 
 def add_model_arguments(parser: argparse.ArgumentParser, *, needed: bool = True) -> None:
     """Declare the robot's model."""
-    said = "MJCF or URDF file, robot.toml, or the name of a built-in robot"
-    parser.add_argument("--model", required=needed, metavar="ROBOT", help=said)
+    text = "MJCF or URDF file, robot.toml, or the name of a built-in robot"
+    parser.add_argument("--model", required=needed, metavar="ROBOT", help=text)
     add_reading_arguments(parser)
 
 
@@ -57,8 +57,8 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare properties of the arm that a model file does not state."""
     add = parser.add_argument
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
-    said = "motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists"
-    add("--coupling", type=arguments.count, nargs=2, action="append", default=[], metavar=("I", "J"), help=said)
+    text = "motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists"
+    add("--coupling", type=arguments.count, nargs=2, action="append", default=[], metavar=("I", "J"), help=text)
 
 
 def robot_of(options: argparse.Namespace, word: str) -> "NamedRobot":
@@ -85,11 +85,11 @@ class _InOrder(argparse.Action):
 
 def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare recordings and payloads."""
-    said = (
+    text = (
         "Each --loaded belongs to the --payload after it; all three may be repeated. Motions are sorted by time if all "
         "files have absolute time (seconds since 1970), otherwise they are taken in the order given."
     )
-    group = parser.add_argument_group("recordings", said)
+    group = parser.add_argument_group("recordings", text)
 
     def add(option: str, metavar: str, many: int | str, what: str) -> None:
         group.add_argument(
@@ -137,50 +137,59 @@ def mountings(given: Sequence[Group]) -> tuple[Mounting, ...]:
     return tuple(found)
 
 
-def read_motions(mounted: Sequence[Mounting], said: LogDescription) -> "tuple[Motion, ...]":
+def read_motions(mounted: Sequence[Mounting], description: LogDescription) -> "tuple[Motion, ...]":
     """Return the motions of all mountings, in order of time."""
     from ident.payload.payload import read_payload
     from ident.recordings.recording import Motion, in_order_of_time
 
     motions = list[Motion]()
     for recordings, path in mounted:
-        read = read_unrepaired(recordings, said)
+        read = read_unrepaired(recordings, description)
         payload = None if path is None else read_payload(path)
         motions += [Motion(each, payload) for each in read]
     return tuple(in_order_of_time(motions))
 
 
-def add_unseen_arguments(parser: argparse.ArgumentParser, said: str) -> None:
+def given_motions(
+    options: argparse.Namespace, mounted: Sequence[Mounting]
+) -> "tuple[NamedRobot, tuple[Motion, ...], Motion | None]":
+    """Return the robot of `--model`, its motions, in order of time, and the motion that was not used in any fit."""
+    robot = robot_of(options, options.model)
+    description = log_description(options, robot.structure.arm.joint_names)
+    return robot, read_motions(mounted, description), unseen_motion(options, description)
+
+
+def add_unseen_arguments(parser: argparse.ArgumentParser, text: str) -> None:
     """Declare a motion that was not used in any fit, and its payload."""
-    group = parser.add_argument_group("a motion that was not used in any fit", said)
+    group = parser.add_argument_group("a motion that was not used in any fit", text)
     group.add_argument("--unseen", type=arguments.file, metavar="LOG", help="its recording")
-    said = "payload that it carries, with its centre of mass; without it a bare flange"
-    group.add_argument("--unseen-payload", type=arguments.file, metavar="P", help=said)
+    text = "payload that it carries, with its centre of mass; without it a bare flange"
+    group.add_argument("--unseen-payload", type=arguments.file, metavar="P", help=text)
 
 
-def unseen_motion(options: argparse.Namespace, said: LogDescription) -> "Motion | None":
+def unseen_motion(options: argparse.Namespace, description: LogDescription) -> "Motion | None":
     """Return the motion that was not used in any fit, None if there is none; an error if only a payload is named."""
     if options.unseen is None:
         if options.unseen_payload is not None:
             raise ScenarioError("--unseen-payload: no motion is given that carries it; add --unseen LOG")
         return None
-    return read_motions([Mounting((options.unseen,), options.unseen_payload)], said)[0]
+    return read_motions([Mounting((options.unseen,), options.unseen_payload)], description)[0]
 
 
 def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the description of a foreign log."""
-    said = (
+    text = (
         "For logs whose columns are not t, q1.., v1.. in seconds, radians and drive units. The quantity of v cannot be "
         "inferred from its values; declare it: "
     )
     meanings = "; ".join(f"{name}: {kind.words}" for name, kind in MEANINGS.items())
-    add = parser.add_argument_group("foreign logs", f"{said}{meanings}.").add_argument
+    add = parser.add_argument_group("foreign logs", f"{text}{meanings}.").add_argument
     add("--log-description", type=arguments.file, metavar="FILE", help="description of the log, TOML")
-    said = "names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]"
-    add("--columns", nargs="+", metavar="WORD", help=said)
+    text = "names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]"
+    add("--columns", nargs="+", metavar="WORD", help=text)
     add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")
-    said = f"torque constant [N m/A] of a torque-from-current, or {UNKNOWN}"
-    add("--constant", type=_constants, metavar="K,K,..", help=said)
+    text = f"torque constant [N m/A] of a torque-from-current, or {UNKNOWN}"
+    add("--constant", type=_constants, metavar="K,K,..", help=text)
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
     add("--episode", type=arguments.whole, metavar="N", help="episode of a LeRobot dataset, counted from 0")
@@ -202,7 +211,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
             differ in number.
     """
     nothing = LogDescription()
-    said = nothing if options.log_description is None else read_description(options.log_description)
+    description = nothing if options.log_description is None else read_description(options.log_description)
     words = described(options.columns or ())
     if options.constant is not None:
         words = replace(words, v=replace(words.v, constant=options.constant))
@@ -211,26 +220,30 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     given["only"] = () if options.episode is None else ((EPISODE, float(options.episode)),)
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
-        if getattr(said, name) != getattr(nothing, name):
+        if getattr(description, name) != getattr(nothing, name):
             raise ScenarioError(f"{options.log_description} says {name}, and so does the command line; state it once")
-    said = replace(said, **changes)
+    description = replace(description, **changes)
     if joint_names is None:
-        return said
-    if said.joints is not None and said.joints != tuple(joint_names):
+        return description
+    if description.joints is not None and description.joints != tuple(joint_names):
         expected = ", ".join(joint_names)
-        if sorted(said.joints) == sorted(joint_names):
-            raise ScenarioError(f"joints are given as {', '.join(said.joints)}; expected the model's order {expected}")
-        if len(said.joints) != len(joint_names):
-            raise ScenarioError(f"{len(said.joints)} joints are given, the model has {len(joint_names)}: {expected}")
-    return replace(said, joints=said.joints or tuple(joint_names))
+        if sorted(description.joints) == sorted(joint_names):
+            raise ScenarioError(
+                f"joints are given as {', '.join(description.joints)}; expected the model's order {expected}"
+            )
+        if len(description.joints) != len(joint_names):
+            raise ScenarioError(
+                f"{len(description.joints)} joints are given, the model has {len(joint_names)}: {expected}"
+            )
+    return replace(description, joints=description.joints or tuple(joint_names))
 
 
-def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
+def read_unrepaired(paths: Sequence[Path], description: LogDescription) -> "list[Recording]":
     """Return recordings for checks and repairs; the interpretation of a foreign log is reported immediately."""
     from ident.recordings.checks import check_clock
     from ident.recordings.files import read_log
 
-    return recordings_of([read_log(path, said, check=check_clock) for path in paths])
+    return recordings_of([read_log(path, description, check=check_clock) for path in paths])
 
 
 def recordings_of(logs: "Sequence[Log]") -> "list[Recording]":
@@ -259,12 +272,12 @@ def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
 
 def _field_help(kind: "type[Options]", field: "Field[object]") -> str:
     """Return the description of a field, with its choices."""
-    said = attribute_docs(kind).get(field.name, "").replace("%", "%%")
+    text = attribute_docs(kind).get(field.name, "").replace("%", "%%")
     if NAMES in field.metadata:
-        return f"{said}: {', '.join(field.metadata[NAMES])}"
+        return f"{text}: {', '.join(field.metadata[NAMES])}"
     if MEASURED in field.metadata:
-        return f"{said}; {arguments.AUTO}: {field.metadata[MEASURED]} is estimated and compensated"
-    return said
+        return f"{text}; {arguments.AUTO}: {field.metadata[MEASURED]} is estimated and compensated"
+    return text
 
 
 def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
@@ -272,11 +285,11 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
     from ident.observation.observation import ObserveOptions
 
     for name, what in (("--option", "of nls"), ("--observe", "of filtering and decimation")):
-        said = f"an option {what} that replaces the one used for the gains; repeatable"
-        parser.add_argument(name, action="append", default=[], metavar="KEY=VALUE", help=said)
+        text = f"an option {what} that replaces the one used for the gains; repeatable"
+        parser.add_argument(name, action="append", default=[], metavar="KEY=VALUE", help=text)
     (delay,) = (each for each in fields(ObserveOptions) if MEASURED in each.metadata)
-    said = f"{_field_help(ObserveOptions, delay)} (default: as in the gains file)"
-    parser.add_argument("--current-delay", type=arguments.number_or_auto, metavar="X", help=said)
+    text = f"{_field_help(ObserveOptions, delay)} (default: as in the gains file)"
+    parser.add_argument("--current-delay", type=arguments.number_or_auto, metavar="X", help=text)
 
 
 def observe_words(options: argparse.Namespace) -> list[str]:
@@ -299,10 +312,10 @@ def policy_of(options: argparse.Namespace) -> "Policy":
     return replace(DOUBTED, undelay=options.current_delay == arguments.AUTO)
 
 
-def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: str | None = None) -> None:
+def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, text: str | None = None) -> None:
     """Declare the file of gains."""
-    said = said or "drive gains, as identify --gains-out writes them"
-    parser.add_argument("--gains", type=arguments.gains_file, required=needed, metavar="G", help=said)
+    text = text or "drive gains, as identify --gains-out writes them"
+    parser.add_argument("--gains", type=arguments.gains_file, required=needed, metavar="G", help=text)
 
 
 def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":

@@ -94,8 +94,8 @@ def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:
 
 def add_save_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the folder of a saved result."""
-    said = "folder for recordings, payloads, options and result, for `rx90 report DIR`"
-    parser.add_argument("--save", type=arguments.folder, metavar="DIR", help=said)
+    text = "folder for recordings, payloads, options and result, for `rx90 report DIR`"
+    parser.add_argument("--save", type=arguments.folder, metavar="DIR", help=text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ class Claim:
     command: str
 
     @property
-    def said(self) -> str:
+    def place(self) -> str:
         """The path that the user stated: a file or the folder."""
         return one_line(self.folder / self.names[0] if len(self.names) == 1 else self.folder)
 
@@ -125,12 +125,12 @@ class Claim:
             with suppress(OSError):  # the disk may be full
                 self._record()
             if isinstance(error, OSError) and error.filename is None:  # of a write
-                raise ScenarioError(f"{self.said}: cannot be written: {_reason(error)}") from error
+                raise ScenarioError(f"{self.place}: cannot be written: {_reason(error)}") from error
             raise
         try:
             self._record()
         except OSError as error:
-            raise ScenarioError(f"{self.said}: {RECORD} beside it cannot be written: {_reason(error)}") from error
+            raise ScenarioError(f"{self.place}: {RECORD} beside it cannot be written: {_reason(error)}") from error
 
     def _record(self) -> None:
         records, there = _records(self.folder), [name for name in self.names if (self.folder / name).is_file()]
@@ -161,7 +161,7 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
             command did not write, or that was changed since.
         OSError: If a file cannot be written.
     """
-    held, above = Claim(folder, tuple(names), command), folder.absolute()
+    claimed, above = Claim(folder, tuple(names), command), folder.absolute()
     while not os.path.exists(above) and above != above.parent:
         above = above.parent
     try:
@@ -169,22 +169,22 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
             tried.write(b"0")
             tried.flush()
     except OSError as error:
-        raise ScenarioError(f"{held.said}: cannot be written: {one_line(above)}: {_reason(error)}") from error
+        raise ScenarioError(f"{claimed.place}: cannot be written: {one_line(above)}: {_reason(error)}") from error
     there = [path for path in reads if os.path.exists(path)]
     ours = _records(folder).get(command, {})
-    for path in (folder / name for name in held.names if (folder / name).exists()):
+    for path in (folder / name for name in claimed.names if (folder / name).exists()):
         if not path.is_file():
             raise ScenarioError(f"{path}: not a regular file")
         if not os.access(path, os.W_OK):
             raise PermissionError(13, os.strerror(13), str(path))
         if any(path.samefile(read) for read in there):
-            said = f"{command} reads this file and would overwrite it; give another path"
-            raise ScenarioError(f"{one_line(path)}: {said}")
+            text = f"{command} reads this file and would overwrite it; give another path"
+            raise ScenarioError(f"{one_line(path)}: {text}")
         if not force and path.name not in ours:
             raise ScenarioError(f"{path}: {command} did not write this file; give another path, or add --force")
         if not force and ours[path.name] != _digest(path):
             raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
-    return held
+    return claimed
 
 
 def _reason(error: OSError) -> str:

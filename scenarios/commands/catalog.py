@@ -53,8 +53,8 @@ def view_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, and file and size of the picture."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    said = "render to a file: PNG, GIF or MP4 by its ending"
-    add("--render", "--out", type=arguments.file, metavar="FILE", help=said)
+    text = "render to a file: PNG, GIF or MP4 by its ending"
+    add("--render", "--out", type=arguments.file, metavar="FILE", help=text)
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
@@ -95,7 +95,7 @@ def view_command(options: argparse.Namespace) -> Status:
     if path is None:
         watch(scene(motions))
         return Status.PASSED
-    held = output.right_to_write(options, path, command="rx90 view")
+    claim = output.right_to_write(options, path, command="rx90 view")
     times: Sequence[float] = np.arange(0.0, duration, 1.0 / options.fps).tolist()
     if path.suffix.lower() == ".png":
         times = (0.5 * duration if options.at is None else options.at,)
@@ -103,7 +103,7 @@ def view_command(options: argparse.Namespace) -> Status:
     height = shown.height(width) if options.height is None else options.height
     caption = f"{setup.scenario.name}, from left: {', '.join(experiment.name for experiment in motions)}"
     drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
-    with held.writing(), output.under_way(options, "drawing") as stages:
+    with claim.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
         labelled = (_captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
         write_pictures(path, counted(labelled, stages), options.fps)
@@ -150,8 +150,8 @@ def write_pictures(path: Path, images: "Iterator[Image]", fps: float) -> None:
 def report_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare folder and page."""
     add = parser.add_argument
-    said = "folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out"
-    add("folder", metavar="DIR", type=arguments.folder, help=said)
+    text = "folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out"
+    add("folder", metavar="DIR", type=arguments.folder, help=text)
     add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
     add("--no-picture", action="store_true", help="omit the picture of the arm, which takes seconds to render")
     output.add_force_argument(parser)
@@ -163,12 +163,12 @@ def report_command(options: argparse.Namespace) -> Status:
     from scenarios.results.pages import page_of, with_picture
 
     path: Path = options.out or options.folder / PAGE
-    held = output.right_to_write(options, path, command="rx90 report")
+    claim = output.right_to_write(options, path, command="rx90 report")
     with output.under_way(options, "drawing"):
         report = page_of(options.folder)
         text = renderer("html")(report if options.no_picture else with_picture(report, options.folder), Page())
     content = text.encode(errors="backslashreplace")
-    with held.writing():
+    with claim.writing():
         path.write_bytes(content)
     write(f"{path}: {len(content) / 1e6:.2f} MB, open it in any browser\n")
     return Status.PASSED
@@ -178,8 +178,8 @@ def schema_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the name of the schema."""
     from scenarios.results.json_schemas import FILES, RESULTS
 
-    said = "schema of a file or of a command's --json output (default: list all)"
-    parser.add_argument("name", nargs="?", metavar="NAME", choices=list(FILES | RESULTS), help=said)
+    text = "schema of a file or of a command's --json output (default: list all)"
+    parser.add_argument("name", nargs="?", metavar="NAME", choices=list(FILES | RESULTS), help=text)
     output.add_form_arguments(parser)
 
 
@@ -197,6 +197,6 @@ def schema_command(options: argparse.Namespace) -> Status:
     about = {name: str(schema(name)["description"]).partition("\n")[0] for name in FILES | RESULTS}
     files = {name: {"file": str(FOLDER / f"{name}{ENDING}")} for name in FILES}
     document = {name: {"about": text, **files.get(name, {})} for name, text in about.items()}
-    said = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
-    parts = pairs_table("Schema", "Describes", about), said
+    text = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
+    parts = pairs_table("Schema", "Describes", about), text
     return output.show(Report("JSON Schemas of files and results", parts, document), options)

@@ -121,8 +121,8 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, written file, and kind and size of the search."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and the joints to identify")
-    said = "motion file to write, TOML; an interrupted search continues from it"
-    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    text = "motion file to write, TOML; an interrupted search continues from it"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=text)
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
     add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
@@ -137,7 +137,7 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
 
 def excite_command(options: argparse.Namespace) -> Status:
     """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
-    held = output.right_to_write(options, options.out, command="rx90 excite")
+    claim = output.right_to_write(options, options.out, command="rx90 excite")
     holds = options.protocol == "holds"
     for name in ("harmonics", "improve") if holds else ():
         if getattr(options, name):
@@ -196,12 +196,12 @@ def excite_command(options: argparse.Namespace) -> Status:
         return ending(interrupt)
     asked = own is not None and (options.improve or interrupt is None)
     if own is not None and asked and design.keeps_limits(own) and design.cost(own) < design.cost(motion):
-        said = (
+        text = (
             "the scenario's own motion is better: the largest standard deviation of its gains is "
             f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(motion):.3g} %"
         )
         advice = "; try more --evaluations, or --improve, which starts from it"
-        complain(said + ("; no better motion was found, so it is written" if options.improve else advice))
+        complain(text + ("; no better motion was found, so it is written" if options.improve else advice))
         motion = own if options.improve else motion
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
     stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
@@ -211,7 +211,7 @@ def excite_command(options: argparse.Namespace) -> Status:
         f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
         f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
     ]
-    with held.writing():
+    with claim.writing():
         write_motion(motion, options.out, comments)
     if interrupt is not None:
         complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
@@ -280,11 +280,11 @@ def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | Non
 def payload_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, material and written file."""
     add = parser.add_argument
-    said = "a built-in name or TOML file: gives arm, drives, motion and what is known of the payload"
-    add("scenario", metavar="SCENARIO", help=said)
+    text = "a built-in name or TOML file: gives arm, drives, motion and what is known of the payload"
+    add("scenario", metavar="SCENARIO", help=text)
     add("--out", type=arguments.file, metavar="FILE", help="payload file to write, TOML")
-    said = "density of the material [kg/m^3] (default 7850, steel)"
-    add("--density", type=DENSITY, default=STEEL, metavar="D", help=said)
+    text = "density of the material [kg/m^3] (default 7850, steel)"
+    add("--density", type=DENSITY, default=STEEL, metavar="D", help=text)
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -292,7 +292,7 @@ def payload_arguments(parser: argparse.ArgumentParser) -> None:
 
 def payload_command(options: argparse.Namespace) -> Status:
     """Search for the best payload of each shape, report, write its file; status 1 if a joint is not identifiable."""
-    held = None if options.out is None else output.right_to_write(options, options.out, command="rx90 payload")
+    claim = None if options.out is None else output.right_to_write(options, options.out, command="rx90 payload")
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.scenario import load_scenario, setup_of
@@ -301,10 +301,10 @@ def payload_command(options: argparse.Namespace) -> Status:
     setup = setup_of(load_scenario(options.scenario))
     with output.under_way(options, "weights", STEPS) as progress:
         design = design_payload(setup, density=options.density, seed=options.seed, tell=progress.reach)
-    if held is not None:
+    if claim is not None:
         comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.candidates[0].shape)}"
-        with held.writing():
-            write_payload(payload_from_table(design.after.payload), held.folder / held.names[0], comment=comment)
+        with claim.writing():
+            write_payload(payload_from_table(design.after.payload), claim.folder / claim.names[0], comment=comment)
     report = design.report(f"Payload for scenario {design.scenario}")
     return output.show(report, options, passed=all(each.shown for each in design.after.joints))
 
@@ -324,8 +324,8 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     what = "start pose [rad, m], one number per joint (default: from the file, or a pose clear of floor and arm)"
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
-    said = "motions to try (default %(default)d)"
-    add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=said)
+    text = "motions to try (default %(default)d)"
+    add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=text)
     add_worker_options(parser, ["jobs"])
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -344,7 +344,7 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     from scenarios.design.new_robot import new_robot
     from scenarios.design.robot_folder import FILES, found_motion, write_new_robot
 
-    held = output.right_to_write(options, options.out, FILES, command="rx90 new-robot")
+    claim = output.right_to_write(options, options.out, FILES, command="rx90 new-robot")
     new = new_robot(
         options.model,
         flange=options.flange,
@@ -365,7 +365,7 @@ def new_robot_command(options: argparse.Namespace) -> Status:
         f"try more motions (--evaluations {max(USUAL_EVALUATIONS, 4 * options.evaluations)}), other motions (--seed), "
         "another pose (--home) or a lighter payload (--payload)"
     )
-    motion, result = found_motion(new, held.folder, search, advice=advice)
-    with held.writing():
-        write_new_robot(new, motion, result.predicted_rel_std, held.folder)
+    motion, result = found_motion(new, claim.folder, search, advice=advice)
+    with claim.writing():
+        write_new_robot(new, motion, result.predicted_rel_std, claim.folder)
     return output.show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)

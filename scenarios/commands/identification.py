@@ -15,16 +15,16 @@ TEXT = "paper.md"
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:
     """Declare the file of identified gains."""
-    said = "write the gains with covariance and origin, .toml or .json"
-    parser.add_argument("--gains-out", type=arguments.gains_file, metavar="FILE", help=said)
+    text = "write the gains with covariance and origin, .toml or .json"
+    parser.add_argument("--gains-out", type=arguments.gains_file, metavar="FILE", help=text)
     output.add_force_argument(parser)
 
 
-def _write_gains(file: "GainsFile", held: output.Claim) -> None:
+def _write_gains(file: "GainsFile", claim: output.Claim) -> None:
     from scenarios.results.gains_file import gains_text
 
-    path = held.folder / held.names[0]
-    with held.writing():
+    path = claim.folder / claim.names[0]
+    with claim.writing():
         path.write_text(gains_text(file, path.suffix), encoding="utf-8")
 
 
@@ -32,8 +32,8 @@ def run_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, seed and written files."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
-    said = "folder for recordings, payloads, true values and result"
-    parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=said)
+    text = "folder for recordings, payloads, true values and result"
+    parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=text)
     add_gains_out(parser)
     output.add_form_arguments(parser)
 
@@ -67,8 +67,8 @@ def run_command(options: argparse.Namespace) -> Status:
 
 def paper_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare folder and seed."""
-    said = "write paper.md and raw numbers there"
-    parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=said)
+    text = "write paper.md and raw numbers there"
+    parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=text)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -80,17 +80,17 @@ def paper_command(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.paper_result import FILES
     from scenarios.rendering import write_report
 
-    held = None
+    claim = None
     if options.out is not None:
-        held = output.right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
+        claim = output.right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
     with output.under_way(options, "preparing") as stages:
         run = run_paper(options.seed, stages=stages)
     found = run.result
     report = found.report(found.title(run.seed))
-    if held is not None:
-        with held.writing():
-            write_report(report, held.folder / TEXT)
-            write_paper(run, held.folder, command=options.command_line)
+    if claim is not None:
+        with claim.writing():
+            write_report(report, claim.folder / TEXT)
+            write_paper(run, claim.folder, command=options.command_line)
     return output.show(report, options, passed=found.passed)
 
 
@@ -107,13 +107,13 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
-    inputs.add_gains_argument(parser, needed=False, said="for bare recordings only: known or a-priori gains")
-    said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
-    add("--if-loaded", type=arguments.file, metavar="P", help=said)
-    said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
-    add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
-    said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
-    inputs.add_unseen_arguments(parser, said)
+    inputs.add_gains_argument(parser, needed=False, text="for bare recordings only: known or a-priori gains")
+    text = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
+    add("--if-loaded", type=arguments.file, metavar="P", help=text)
+    text = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
+    add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
+    text = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
+    inputs.add_unseen_arguments(parser, text)
     output.add_save_argument(parser)
     add_gains_out(parser)
     output.add_form_arguments(parser)
@@ -143,24 +143,19 @@ def identify_command(options: argparse.Namespace) -> Status:
     from scenarios.results.problem_folder import GivenProblem
     from scenarios.results.record import save_result, saved_files
 
-    mounted, held, saving = inputs.mountings(options.given), None, None
+    mounted, claim, saving = inputs.mountings(options.given), None, None
     bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
     if options.gains_out is not None:
-        held = output.right_to_write(options, options.gains_out, command="rx90 identify")
+        claim = output.right_to_write(options, options.gains_out, command="rx90 identify")
     if options.save is not None:
         names = saved_files(sum(len(each.recordings) for each in mounted))
         saving = output.right_to_write(options, options.save, names, command="rx90 identify --save")
     with output.under_way(options, "reading"):
-        robot = inputs.robot_of(options, options.model)
-        structure, arm = robot.structure, robot.structure.arm
-        said = inputs.log_description(options, arm.joint_names)
-        motions, log = inputs.read_motions(mounted, said), inputs.unseen_motion(options, said)
+        robot, motions, log = inputs.given_motions(options, mounted)
+    arm = robot.structure.arm
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
-    observing, limits, policy = (
-        inputs.chosen(ObserveOptions, options),
-        inputs.chosen(GainOptions, options),
-        inputs.policy_of(options),
-    )
+    observing, limits = inputs.chosen(ObserveOptions, options), inputs.chosen(GainOptions, options)
+    policy = inputs.policy_of(options)
     given = options.gains if bare else options.compare_with
     known = None if given is None else inputs.known_gains(given, arm)
     planned = None if options.if_loaded is None else read_payload(options.if_loaded)
@@ -191,13 +186,10 @@ def identify_command(options: argparse.Namespace) -> Status:
                 policy=policy,
             )
         else:
-            kind, title, started = (
-                "identification",
-                f"Drive gains of {arm.name} by {options.method}",
-                time.perf_counter(),
-            )
+            kind, title = "identification", f"Drive gains of {arm.name} by {options.method}"
+            started = time.perf_counter()
             found = identify(
-                structure,
+                robot.structure,
                 motions,
                 method=options.method,
                 options=own,
@@ -214,8 +206,8 @@ def identify_command(options: argparse.Namespace) -> Status:
             unseen = None if log is None else predict_unseen(found, log, other=known)
             result, passed = Result.of_identification(found, identify_s, cost, unseen), unseen is None or unseen.passed
             fit = None if saving is None else fit_of(found.prepared, found.estimate)
-            if held is not None:
-                _write_gains(gains_file(found.estimate, origin(observing)), held)
+            if claim is not None:
+                _write_gains(gains_file(found.estimate, origin(observing)), claim)
             for words in (*(each.sentence for each in found.found.reported), *found.notes):
                 if output.form(options) == "json":
                     complain(words)

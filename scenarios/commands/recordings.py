@@ -18,8 +18,8 @@ def record_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, folder and sampling rate."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives robot, motions, payloads and options")
-    said = f"folder for instructions ({PAGE}), the motion as CSV, ROS 2 YAML and URScript, and missing payload files"
-    add("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
+    text = f"folder for instructions ({PAGE}), the motion as CSV, ROS 2 YAML and URScript, and missing payload files"
+    add("--out", type=arguments.folder, required=True, metavar="DIR", help=text)
     add("--rate", type=RATE, default=USUAL_RATE, metavar="HZ", help="samples per second (default %(default)g)")
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -27,7 +27,7 @@ def record_arguments(parser: argparse.ArgumentParser) -> None:
 
 def record_command(options: argparse.Namespace) -> Status:
     """Write instructions, the motion and missing payload files; existing ones may have measured values and are kept."""
-    held = output.right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
+    claim = output.right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
     from ident.diagnosis.diagnose import horizon
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
@@ -46,13 +46,13 @@ def record_command(options: argparse.Namespace) -> Status:
     expected = horizon(expected_preparation(setup, enough(setup)).logs())
     recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
     page = instructions(setup, recorded, payloads, options.scenario, expected)
-    with held.writing():
-        write_report(page, held.folder / PAGE)
+    with claim.writing():
+        write_report(page, claim.folder / PAGE)
         for name, text in texts.items():
-            (held.folder / name).write_text(text, encoding="utf-8")
-    recorded.files = [str(held.folder / name) for name in (PAGE, *texts)]
+            (claim.folder / name).write_text(text, encoding="utf-8")
+    recorded.files = [str(claim.folder / name) for name in (PAGE, *texts)]
     for mounting, payload in payloads.items():
-        path = held.folder / payload_file(mounting)
+        path = claim.folder / payload_file(mounting)
         if not path.exists():
             write_payload(payload, path, comment=schema_line("payload"))
             recorded.files.append(str(path))
@@ -72,8 +72,8 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
     add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
-    said = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
-    add("--flange", metavar="BODY", help=said)
+    text = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
+    add("--flange", metavar="BODY", help=text)
     inputs.add_log_arguments(parser)
     output.add_form_arguments(parser)
     output.add_force_argument(parser)
@@ -84,7 +84,7 @@ def convert_command(options: argparse.Namespace) -> Status:
     out = options.out
     if out.suffix.lower() not in RECORDINGS:
         raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {', '.join(RECORDINGS)}")
-    held = output.right_to_write(options, out, command="rx90 convert")
+    claim = output.right_to_write(options, out, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
     from scenarios.experiments.robots import read_arm
@@ -94,7 +94,7 @@ def convert_command(options: argparse.Namespace) -> Status:
     log = read_log(options.log, inputs.log_description(options, None if arm is None else arm.joint_names))
     if arm is not None:
         check_joints(arm, log.recording)
-    with held.writing():
+    with claim.writing():
         write_recording(log.recording, out, signal=log.v)
     return output.show(Converted.of(log, out).report("Log converted to a recording"), options)
 
@@ -105,11 +105,11 @@ def check_arguments(parser: argparse.ArgumentParser) -> None:
 
     add = parser.add_argument
     add("robot", metavar="ROBOT", help="MJCF or URDF file, robot.toml, or the name of a built-in robot")
-    said = "recordings of the robot; the first one bare if possible, the others with any payload"
-    add("log", metavar="LOG", type=arguments.file, nargs="+", help=said)
+    text = "recordings of the robot; the first one bare if possible, the others with any payload"
+    add("log", metavar="LOG", type=arguments.file, nargs="+", help=text)
     add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
-    said = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
-    add("--payload", metavar="P", type=arguments.file, help=said)
+    text = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
+    add("--payload", metavar="P", type=arguments.file, help=text)
     add("--all", action="store_true", help="list all checks, and each joint's motion")
     inputs.add_reading_arguments(parser)
     inputs.add_log_arguments(parser)
@@ -143,10 +143,10 @@ def check_command(options: argparse.Namespace) -> Status:
     with output.under_way(options, "checking"):
         robot = inputs.robot_of(options, options.robot)
         arm = robot.structure.arm
-        said = inputs.log_description(options, arm.joint_names)
+        description = inputs.log_description(options, arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = inputs.recordings_of([read_log(path, said, check=None) for path in paths])
-        temperatures = [read_temperatures(path, said, arm.n) for path in paths]
+        recordings = inputs.recordings_of([read_log(path, description, check=None) for path in paths])
+        temperatures = [read_temperatures(path, description, arm.n) for path in paths]
         checked = check(
             recordings,
             robot.structure,

@@ -54,8 +54,8 @@ def predict_command(options: argparse.Namespace) -> Status:
 def _add_study_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, folder, seed, workers and output format."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    said = "folder of the study; finished trials in it are kept"
-    parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
+    text = "folder of the study; finished trials in it are kept"
+    parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=text)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
     output.add_form_arguments(parser)
@@ -88,10 +88,10 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
 
 def sensitivity_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the numbers of trials, and what every study has."""
-    said = "trials of each source alone, a power of 2 (default 16)"
-    parser.add_argument("--repeats", type=arguments.count, default=16, help=said)
-    said = "rows of the Sobol design, a power of 2 (default 64)"
-    parser.add_argument("--samples", type=arguments.count, default=64, help=said)
+    text = "trials of each source alone, a power of 2 (default 16)"
+    parser.add_argument("--repeats", type=arguments.count, default=16, help=text)
+    text = "rows of the Sobol design, a power of 2 (default 64)"
+    parser.add_argument("--samples", type=arguments.count, default=64, help=text)
     _add_study_arguments(parser)
 
 
@@ -117,15 +117,15 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenarios, methods and their limits."""
     add = parser.add_argument
     add("scenarios", nargs="*", metavar="SCENARIO", help="built-in names or paths of TOML files")
-    said = "an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable"
-    add("--method", action="append", default=[], metavar="M", help=said)
+    text = "an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable"
+    add("--method", action="append", default=[], metavar="M", help=text)
     add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
     add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; finished trials in it are kept")
     add("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
-    said = "longest time of a call of a method [s] (default %(default)g)"
-    add("--time-limit", type=TIME, default=60.0, metavar="S", help=said)
-    said = "largest memory of a call of a method, on Linux [GB] (default %(default)g)"
-    add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help=said)
+    text = "longest time of a call of a method [s] (default %(default)g)"
+    add("--time-limit", type=TIME, default=60.0, metavar="S", help=text)
+    text = "largest memory of a call of a method, on Linux [GB] (default %(default)g)"
+    add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help=text)
     add_worker_options(parser)
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -158,7 +158,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ScenarioError(f"scenario {twice!r} is given twice; each has a folder of its name")
-    held = output.right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
+    claim = output.right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     studies = [comparison(scenario, methods, limits, options.trials, options.seed) for scenario in loaded]
     words = [word for text in options.method for word in ("--method", text)]
@@ -188,7 +188,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     ]
     found = Comparison(about=about, scenarios=scenarios)
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
-    with _summary_of(options.out), held.writing():
+    with _summary_of(options.out), claim.writing():
         for name in (REPORT, DOCUMENT):
             write_report(report, options.out / name)
     return output.show(report, options, passed=found.ran)

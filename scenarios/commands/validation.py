@@ -22,19 +22,19 @@ REL_STD = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
 
 def verify_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare gains files, or robot, recordings and gains."""
-    said = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
-    parser.add_argument("files", type=arguments.gains_file, nargs="*", metavar="GAINS", help=said)
+    text = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
+    parser.add_argument("files", type=arguments.gains_file, nargs="*", metavar="GAINS", help=text)
     inputs.add_model_arguments(parser, needed=False)
-    said = "gains to test with the payload's known mass; without them, cross-validation"
-    inputs.add_gains_argument(parser, needed=False, said=said)
+    text = "gains to test with the payload's known mass; without them, cross-validation"
+    inputs.add_gains_argument(parser, needed=False, text=text)
     inputs.add_motion_arguments(parser)
-    said = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
-    parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
-    said = (
+    text = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
+    parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
+    text = (
         "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "
         "predict it better than the gains of --compare-with."
     )
-    inputs.add_unseen_arguments(parser, said)
+    inputs.add_unseen_arguments(parser, text)
     inputs.add_log_arguments(parser)
     inputs.add_overlay_arguments(parser)
     output.add_form_arguments(parser)
@@ -107,8 +107,8 @@ def _payload_of(
     from scenarios.gains_in_use.known_gains import estimated_payload
 
     structure = inputs.robot_of(options, options.model).structure
-    said = inputs.log_description(options, structure.arm.joint_names)
-    bare, heavy = (inputs.read_unrepaired(each, said) for each in (unloaded, loaded))
+    description = inputs.log_description(options, structure.arm.joint_names)
+    bare, heavy = (inputs.read_unrepaired(each, description) for each in (unloaded, loaded))
     filters, model = inputs.observe_words(options), options.option
     return estimated_payload(
         structure, bare, heavy, file, filters=filters, model=model, policy=inputs.policy_of(options)
@@ -128,13 +128,11 @@ def _cross_validated(options: argparse.Namespace, mounted: Sequence[inputs.Mount
     own = options_from_words(AllJointsOptions, options.option)
     observing = options_from_words(ObserveOptions, inputs.observe_words(options))
     with output.under_way(options, "identifying") as stages:
-        structure = inputs.robot_of(options, options.model).structure
-        said = inputs.log_description(options, structure.arm.joint_names)
-        motions = inputs.read_motions(mounted, said)
+        robot, motions, log = inputs.given_motions(options, mounted)
+        structure = robot.structure
         identified = identify(structure, motions, options=own, observing=observing, policy=inputs.policy_of(options))
         stages.begin("predicting")
         found = cross_validated(identified.estimate)
-        log = inputs.unseen_motion(options, said)
         other = None if options.compare_with is None else inputs.known_gains(options.compare_with, structure.arm)
         unseen = None if log is None else predict_unseen(identified, log, other=other)
     result = CrossValidation.of(identified, found, unseen)
@@ -172,8 +170,8 @@ def torque_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare recording, gains and written file."""
     parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
     inputs.add_gains_argument(parser, needed=True)
-    said = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
-    parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    text = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
+    parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=text)
     inputs.add_log_arguments(parser)
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -181,7 +179,7 @@ def torque_arguments(parser: argparse.ArgumentParser) -> None:
 
 def torque_command(options: argparse.Namespace) -> Status:
     """Write the torques of a recording."""
-    held = output.right_to_write(options, options.out, command="rx90 torque")
+    claim = output.right_to_write(options, options.out, command="rx90 torque")
     from ident.estimation.known_gains import joint_torque
     from ident.recordings.files import read_log
     from scenarios.gains_in_use.known_gains import Torques, check_currents
@@ -190,11 +188,11 @@ def torque_command(options: argparse.Namespace) -> Status:
 
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
-    said = inputs.log_description(options, names if len(names) == len(file.gains) else None)
-    (recording,) = inputs.recordings_of([read_log(options.log, said)])
+    description = inputs.log_description(options, names if len(names) == len(file.gains) else None)
+    (recording,) = inputs.recordings_of([read_log(options.log, description)])
     check_currents(file, recording)
     found = joint_torque(recording, file.known)
-    with held.writing():
+    with claim.writing():
         write_torque(found, file, options.out)
     result = Torques.of(found, file, options.out)
     title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
@@ -207,23 +205,23 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     inputs.add_gains_argument(parser, needed=True)
-    said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without it, "
-    add("--nominal", type=arguments.gains_file, metavar="N", help=f"{said}efforts stay unchanged")
-    said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
-    add("--arm", type=arguments.file, metavar="A", help=said)
-    said = (
+    text = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without it, "
+    add("--nominal", type=arguments.gains_file, metavar="N", help=f"{text}efforts stay unchanged")
+    text = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
+    add("--arm", type=arguments.file, metavar="A", help=text)
+    text = (
         "write mass, centre and inertia of the links too; --arm must come from bare recordings identified with --gains"
     )
-    add("--links", action="store_true", help=said)
-    said = "largest relative standard deviation of a value that is written (default %(default)s)"
-    add("--max-rel-std", type=REL_STD, default=0.1, metavar="X", help=said)
+    add("--links", action="store_true", help=text)
+    text = "largest relative standard deviation of a value that is written (default %(default)s)"
+    add("--max-rel-std", type=REL_STD, default=0.1, metavar="X", help=text)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
-    said = (
+    text = (
         "The copy is written only if it predicts the currents of LOG within the expected error, and not significantly "
         "worse than a copy with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
     )
-    inputs.add_unseen_arguments(parser, said)
+    inputs.add_unseen_arguments(parser, text)
     inputs.add_log_arguments(parser)
     output.add_form_arguments(parser)
     output.add_force_argument(parser, "; write a copy that fails to predict --unseen")
@@ -242,7 +240,7 @@ def patch_command(options: argparse.Namespace) -> Status:
         )
     if len({path.resolve() for path in (model, *written)}) <= len(written):
         raise ScenarioError("MODEL, --out and --ros-params: expected different files")
-    held = [output.right_to_write(options, path, command="rx90 patch") for path in written]
+    claim = [output.right_to_write(options, path, command="rx90 patch") for path in written]
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
     from scenarios.experiments.robots import nominal_links, read_arm
@@ -279,7 +277,7 @@ def patch_command(options: argparse.Namespace) -> Status:
     contents = [copy]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
-    for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
+    for path, right, content in zip(written, claim, contents, strict=True) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
     result = Patched(

@@ -52,7 +52,7 @@ class Progress:
             self.note, self._noted = note(), time.monotonic()
 
     def line(self, *, counted: bool) -> str:
-        """Return the state as one line; `counted` work is told as a count, other work in percent."""
+        """Return the state as one line; `counted` work as a count, other work in percent."""
         lasted = time.monotonic() - self.began
         if not self.total or self.done <= self.before:
             known = f"{self.done:g} of {self.total:g}, " if counted and self.total else ""

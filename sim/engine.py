@@ -114,7 +114,6 @@ class Varying:
             q=q,
             dq=dq,
             v=v,
-            constant=self._constant,
             speed=(self._turns @ dq[:, :, None])[:, :, 0],
             friction=self._constant.copy(),
             damping=self._damping.copy(),

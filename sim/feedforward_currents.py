@@ -219,7 +219,6 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
         q=states.q,
         dq=states.dq,
         v=v,
-        constant=np.broadcast_to(acts.constant, speed.shape),
         speed=speed,
         friction=np.tile(acts.constant, (len(speed), 1)),
         damping=np.tile(acts.damping, (len(speed), 1)),
@@ -243,7 +242,7 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
 
 def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
     """Return the samples of a motion one by one, as views, for effects with memory."""
-    fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque", "transmitted", "warmth")
+    fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
     rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
     return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
 

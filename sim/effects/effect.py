@@ -46,9 +46,8 @@ class ControlStep:
         q: Positions of the driven joints [rad], shape (B, n).
         dq: Their speeds [rad/s], shape (B, n).
         v: Currents that are held over the period [drive units], shape (B, n).
-        constant: Constant part of dry friction [N m], shape (B, n + c).
         speed: Speeds at which friction acts [rad/s], shape (B, n + c).
-        friction: Dry friction over the period [N m], shape (B, n + c); at first `constant`, changed in place.
+        friction: Dry friction over the period [N m], shape (B, n + c); at first constant, changed in place.
         damping: Viscous friction over the period [N m s/rad], shape (B, n + c); at first constant, changed in place.
         torque: Additional torque on the driven joints [N m], shape (B, n); at first zero, changed in place.
         turns: Matrix from joint speeds to the speeds at which friction acts, shape (B, n + c, n).
@@ -62,7 +61,6 @@ class ControlStep:
     q: Array
     dq: Array
     v: Array
-    constant: Array
     speed: Array
     friction: Array
     damping: Array

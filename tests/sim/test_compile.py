@@ -50,6 +50,7 @@ def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
 def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rng):
     full, lean = (plant_model(nominal_plant(), loaded=True, step=STEP, read=read) for read in SPECS)
     assert (full.ngeom > 20, lean.ngeom, lean.nmat, lean.ncam) == (True, 0, 0, 0)
+    assert plant_model(nominal_plant(), loaded=True, step=STEP).ngeom == 0  # what a simulation steps
     data = mujoco.MjData(full), mujoco.MjData(lean)
     for v in rng.uniform(-80, 80, (300, 6)):
         for model, each in zip((full, lean), data, strict=True):

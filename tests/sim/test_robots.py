@@ -150,6 +150,7 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text + "[", r"robot\.toml: .*(at line|end of document)"),
         (text.replace("[drives.gain]", "[drives.gain_]"), r"unknown key drives\.gain_; did you mean 'gain'"),
         (text.replace('origin = "assumed"\n', "", 1), r"home\.origin is missing$"),
+        (text.replace('origin = "assumed"', 'orign = "assumed"', 1), r"unknown key home\.orign; did you mean 'origin'"),
         (text.replace('source = "invented"', 'source = ""', 1), r"home\.source"),
         (text.replace('"assumed"', '["assumed", "measured"]', 1), "2 origins for 3 values"),
         (text.replace("value = [3.0, 3.3, ", "value = [3.3, "), "max_velocity: 2 values"),

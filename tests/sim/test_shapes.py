@@ -155,6 +155,16 @@ def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_besi
     np.testing.assert_allclose(low, 0.5 + 0.4 * np.cos(2.3) + 0.3 * np.cos(2.6) - 0.05, rtol=0, atol=1e-6)
 
 
+def test_a_floor_that_is_drawn_on_the_body_below_the_arm_is_left_out_near_its_joint_alone(tmp_path):
+    plant = capsule_plant(tmp_path)
+    shape = '<geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.05"/>'
+    text = BARE_ARM.format(name='name="b"', flange="", floor="").replace('<joint name="j2"', f'{shape}<joint name="j2"')
+    stand = '<worldbody><body name="stand"><geom type="plane" size="1 1 1"/>'
+    plant.robot.model.write_text(text.replace("<worldbody>", stand).replace("</worldbody>", "</body></worldbody>"))
+    (low,) = distances(plant, [2.3, 0.3, -2.5, 0.0, 0.0], margin=0.1)
+    np.testing.assert_allclose(low, 0.5 + 0.4 * np.cos(2.3) + 0.3 * np.cos(2.6) - 0.05, rtol=0, atol=1e-6)
+
+
 def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
     plant = nominal_plant()
     pose = np.array([[0.0, 1.88, 0.0, 0.0, 0.0, 0.0]])

@@ -37,9 +37,20 @@ def test_every_arm_stands_where_its_motion_puts_it(shown, experiments):
         np.testing.assert_allclose(data.xaxis[k * arm.njnt : (k + 1) * arm.njnt], alone.xaxis, atol=1e-12)
 
 
+def test_arms_are_side_by_side_at_all_times_from_left_to_right(shown, experiments):
+    data, toward = mujoco.MjData(shown.model), np.radians(shown.azimuth)
+    across = list[np.ndarray]()
+    for t in shown.times:
+        shown.put(data, t)
+        across.append((data.xanchor @ [np.sin(toward), -np.cos(toward), 0.0]).reshape(len(experiments), -1))
+    reach = np.ptp(across, axis=(0, 2)).max()
+    assert (np.min(across, axis=(0, 2))[1:] - np.max(across, axis=(0, 2))[:-1] > 0.15 * reach).all()
+
+
 def test_loaded_arms_alone_show_their_payload(shown, experiments):
     loaded = [experiment.loaded for experiment in experiments]
     assert loaded == [False, True, True, False]
+    assert (shown.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE).sum() == 1  # one floor for all
     names = [shown.model.body(i).name for i in range(shown.model.nbody)]
     bodies = [i for i, name in enumerate(names) if name.endswith("payload")]
     assert [shown.model.body_geomnum[i] > 0 for i in bodies] == loaded

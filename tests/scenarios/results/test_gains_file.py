@@ -142,6 +142,10 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
         (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),
         ("covariance = [[0.01, 0.0], [0.0, 0.05]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.2236"),
         ("covariance = [[0.01, 0.0], [0.0, 0.0025]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.05"),
+        (
+            "covariance = [[0.01, 0.0], [0.0, 0.04001]]\n" + MINIMAL,
+            "gains.2.std = 0.2, but the covariance has 0.200025",
+        ),
         ("covariance = [[0.01]]\n" + MINIMAL, r"covariance: rows of \[1\] numbers; expected 2 of 2"),
         ("covariance = [[0.01, 0.03], [0.03, 0.04]]\n" + MINIMAL, "negative eigenvalue"),
         (MINIMAL + "[model]\nname = 'x'\nsha256 = 'abc'", "model.sha256: string should match pattern"),

@@ -24,7 +24,7 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.results.diagnoses import (
     DiagnosedResult,
     diagnosed_values,
@@ -52,7 +52,7 @@ class _Estimate(ResultModel):
     gain_std: float = Field(description="Contribution of the gains' standard deviations to `std`, in `unit`")
     model_std: float = Field(description="Contribution of the model's assumptions to `std`, in `unit`")
     unit: str = Field(description="Unit of the values")
-    estimate: float = Field(description="Estimate, in `unit`", validation_alias=AliasChoices("estimate", "value"))
+    estimate: float = Field(validation_alias=VALUE, description="Estimate, in `unit`")
 
 
 class Quantity(_Estimate):
@@ -67,10 +67,7 @@ class Quantity(_Estimate):
 class PayloadParameter(_Estimate):
     """A standard parameter at the origin of the last frame."""
 
-    parameter: str = Field(
-        description="Name of the parameter: XX to ZZ, MX, MY, MZ or M",
-        validation_alias=AliasChoices("parameter", "name"),
-    )
+    parameter: str = Field(validation_alias=NAME, description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
 
 
 class Verification(DiagnosedResult):

@@ -36,12 +36,15 @@ class Effect:
     @property
     def matters(self) -> bool:
         """Whether it is large enough to be reported."""
-        return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > MATTERS
+        return self._exceeds(MATTERS)
 
     @property
     def spoils(self) -> bool:
         """Whether it is so large that the gain is refused."""
-        return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > SPOILS
+        return self._exceeds(SPOILS)
+
+    def _exceeds(self, deviations: float) -> bool:
+        return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

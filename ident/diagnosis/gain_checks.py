@@ -25,8 +25,9 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
 from ident.diagnosis.estimate_evidence import claimed, consequence, severity_of
 from ident.diagnosis.motion_quality import acceleration_of_unit_noise
-from ident.estimation.estimate import FRICTION_Z, GainEstimate, IdentifiedGain, joint_signs
-from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
+from ident.diagnosis.plausibility import LARGE_RESIDUAL
+from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
+from ident.estimation.estimators.iv import instrumental_gains
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.sweep import inertia_matrices
@@ -41,8 +42,6 @@ FAR = 100.0
 SURE_LOAD_Z = 10.0
 """Number of standard deviations of 1/g from zero beyond which the sign from the load is significant; every identified
 gain exceeds it."""
-UNEXPLAINED = 0.15
-"""Share of a joint's current above which its residual is reported."""
 MUCH = 2.0
 """Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
 UNAWARE = "classical"
@@ -60,32 +59,16 @@ def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
 
 def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
     """Return the diagnoses of implausible gains: signs that contradict each other, outliers, large residuals."""
-    found = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
-    signs = joint_signs(estimate)
+    found, signs = {j: each.value for j, each in estimate.identified.items()}, joint_signs(estimate)
     sure = (np.abs(signs.load_z) > SURE_LOAD_Z) & (np.abs(signs.friction_z) > FRICTION_Z)
-    for k in np.flatnonzero(sure & (signs.load_z * signs.friction_z < 0.0)):
-        j = int(estimate.solution.joints[k])
-        if j in found:
-            yield finding(
-                None, "sign of the gain", f"joint {j + 1}: payload and friction give the gain opposite signs",
-                f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
-                severity=Severity.WRONG, joints=(j,),
-            )  # fmt: skip
-    yield from negative(found)
-    yield from far_off(found)
-    for j in range(len(estimate.joints)):
-        share = estimate.residual_share(j)
-        if share is not None and share > UNEXPLAINED:
-            yield finding(
-                None, "residual", f"joint {j + 1}: {100.0 * share:.0f} % of the current is not explained by the model",
-                "check that the model is of this robot, with its couplings, friction and base",
-                joints=(j,), value=100.0 * share, unit="%",
-            )  # fmt: skip
-
-
-def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
-    """Negative gains, by joint from 0."""
-    for j, gain in gains.items():
+    against = estimate.solution.joints[sure & (signs.load_z * signs.friction_z < 0.0)].tolist()
+    for j in (each for each in against if each in found):
+        yield finding(
+            None, "sign of the gain", f"joint {j + 1}: payload and friction give the gain opposite signs",
+            f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
+            severity=Severity.WRONG, joints=(j,),
+        )  # fmt: skip
+    for j, gain in found.items():
         if gain < 0.0:
             yield finding(
                 None, "negative gain",
@@ -93,40 +76,38 @@ def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
                 f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}",
                 joints=(j,), value=gain, unit="N m/unit",
             )  # fmt: skip
-
-
-def far_off(gains: dict[int, float]) -> Iterator[Diagnosis]:
-    """Gains far from the others, by joint from 0; none for a single gain."""
-    for j, gain in gains.items():
-        others = [abs(each) for k, each in gains.items() if k != j]
+    for j, gain in found.items():
+        others = [abs(each) for k, each in found.items() if k != j]
         ratio = abs(gain) / float(np.median(others)) if others else 1.0
         if not 1.0 / FAR < ratio < FAR:
-            yield finding(
-                None, "gain outlier", f"joint {j + 1}: the gain is {ratio:.2g} times the median of the others",
-                f"check the unit of v{j + 1}", joints=(j,), value=ratio, unit="times",
-            )  # fmt: skip
+            sentence = f"joint {j + 1}: the gain is {ratio:.2g} times the median of the others"
+            advice = f"check the unit of v{j + 1}"
+            yield finding(None, "gain outlier", sentence, advice, joints=(j,), value=ratio, unit="times")
+    for j in range(len(estimate.joints)):
+        percent = 100.0 * (estimate.residual_share(j) or 0.0)
+        if percent > 100.0 * LARGE_RESIDUAL:
+            sentence = f"joint {j + 1}: {percent:.0f} % of the current is not explained by the model"
+            advice = "check that the model is of this robot, with its couplings, friction and base"
+            yield finding(None, "residual", sentence, advice, joints=(j,), value=percent, unit="%")
 
 
 def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     """Ratio of the standard deviation of a gain to that for white residuals; None without a gain."""
-    solution, options = estimate.solution, estimate.options
+    solution = estimate.solution
     place = {int(j): k for k, j in enumerate(solution.joints)}
-    known = [j for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
-    if not known:
+    if not estimate.identified:
         return None
-    plain = np.diag(classical(solution.rows, solution.influence))
-    claimed = np.diag(estimate.covariance)
-    if options.uncertainty == UNAWARE:
-        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence))
-    ratio = np.sqrt(np.divide(claimed, plain, out=np.ones(len(plain)), where=plain > 0.0))
-    worst = max(known, key=lambda j: ratio[place[j]])
+    plain, aware = np.diag(classical(solution.rows, solution.influence)), estimate.covariance
+    unaware = estimate.options.uncertainty == UNAWARE
+    if unaware:
+        aware = max_of_classical_and_jackknife(solution.rows, solution.influence)
+    ratio = np.sqrt(np.divide(np.diag(aware), plain, out=np.ones(len(plain)), where=plain > 0.0))
+    worst = max(estimate.identified, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])
-    lag = lag_one(solution.rows, worst)
-    accounted = "would be" if options.uncertainty == UNAWARE else "is"
     return finding(
         None, "autocorrelation",
-        f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:z.2f}); the standard deviation that "
-        f"accounts for it {accounted} {size:.2g} times that of white residuals",
+        f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag_one(solution.rows, worst):z.2f}); the standard "
+        f"deviation that accounts for it {'would be' if unaware else 'is'} {size:.2g} times that of white residuals",
         "refine the model" if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 
@@ -186,8 +167,10 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
     Returns:
         The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
-    gains = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
-    found = link_mass_factor(problem.motions, gains, links)
+    mass = links[:, INERTIAL.index("M")]
+    if np.ptp(mass) <= ALIKE * float(np.abs(mass).max()):
+        return None
+    found = judged(link_weights(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links))
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
         return found
     masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
@@ -218,13 +201,6 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
         "check the payload's mass, and the masses of the model" if off else None,
         joints=joints, value=median, unit="times",
     )  # fmt: skip
-
-
-def link_mass_factor(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> Diagnosis | None:
-    """Return the diagnosis of gains, by joint from 0, on bare motions; None if masses are placeholders."""
-    mass = links[:, INERTIAL.index("M")]
-    alike = bool(np.ptp(mass) <= ALIKE * float(np.abs(mass).max()))
-    return None if alike else judged(link_weights(motions, gains, links))
 
 
 def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> tuple[LinkWeight, ...]:
@@ -258,18 +234,16 @@ LESS_NOISE = "lower --cutoff-hz to what the motion needs, use --method iv, or lo
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
     """Return the diagnosis of gains that encoder noise biases; none if no gain would be refused."""
     share = np.max([np.zeros(problem.structure.arm.n), *map(noise_in_load, problem.motions)], axis=0)
-    given = [(j, gain) for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
-    near = [j for j, gain in given if share[j] > claimed(gain)]
+    near = {j: gain for j, gain in estimate.identified.items() if share[j] > claimed(gain)}
     if not near:
         return
     try:
-        unbiased = instrumental_gains(problem, InstrumentOptions())
+        unbiased = instrumental_gains(problem).identified
     except IdentificationError:
         return
     effects = list[Effect]()
-    for j in near:
-        mine, other = estimate.joints[j], unbiased.joints[j]
-        if isinstance(mine, IdentifiedGain) and isinstance(other, IdentifiedGain):
+    for j, mine in near.items():
+        if (other := unbiased.get(j)) is not None:
             moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
             effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
     if severity_of(effects) is Severity.WRONG:  # less may be chance, or the other model

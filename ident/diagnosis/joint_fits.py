@@ -9,17 +9,17 @@ follows from the columns (paper, eq. 20) and the residual: that of a joint's own
 An approximate gain, from a data sheet or the robot file, converts it to a relative one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, finding
-from ident.estimation.estimate import FRICTION_Z
-from ident.estimation.intervals import Rows, max_of_classical_and_jackknife
+from ident.estimation.estimate import FRICTION_Z, largest
+from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.rows import joint_rows
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
@@ -30,89 +30,48 @@ RANK_TOL = 1e-9
 """Smallest singular value of unit columns, relative to the largest."""
 
 
-def friction_z(problem: Problem, joint: int) -> float | None:
-    """Return friction of a joint over its standard deviation, total or Coulomb; None with too few rows.
-
-    The more significant of the two is returned.
+def friction_z(
+    problem: Problem, joint: int, uncertainty: Callable[[Rows, Array], Array] = max_of_classical_and_jackknife
+) -> Array:
+    """Return total and Coulomb friction of a joint over their standard deviations, shape (2,); 0 with too few rows.
 
     Args:
         problem: One motion, with any payload.
         joint: The joint, from 0.
+        uncertainty: Covariance estimator.
     """
     rows = joint_rows(problem, joint)
-    Q, friction = _total_and_coulomb(rows.W, rows)
-    rank = Q.shape[1]
+    size = np.linalg.norm(rows.W, axis=0)
+    U, s, Vt = np.linalg.svd(rows.W / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
     if len(rows.V) <= rank:
-        return None
-    influence = readonly(friction @ Q.T)
+        return np.zeros(2)
+    Q, kinds = U[:, :rank], np.array((rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")), dtype=np.float64)
+    influence = readonly(kinds @ (Vt[:rank].T / s[:rank]) @ Q.T)  # at typical speed; dependent columns share equally
     fitted = Rows(
         V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
-        position=rows.position, row_period=problem.row_period, unknowns={joint: float(rank)},
-        weight=np.ones(len(rows.V)), explained=Q,
+        position=rows.position, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)), explained=Q,
     )  # fmt: skip
-    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
-    z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
-    return float(z[np.argmax(np.abs(z))])
+    std = np.sqrt(np.diag(uncertainty(fitted, influence)))
+    return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
 
 
-def white_friction_z(problem: Problem, joint: int) -> Array | None:
-    """Total and Coulomb friction over their standard deviations for white residuals, shape (2,), or None.
-
-    These are the smallest deviations, and from the triangular factor of the rows alone.
-    """
-    rows = joint_rows(problem, joint)
-    R = np.asarray(np.linalg.qr(np.column_stack((rows.W, rows.V)), mode="r"))
-    W, V = np.split(R, [-1], axis=1)
-    U, friction = _total_and_coulomb(W, rows)
-    if len(rows.V) <= U.shape[1]:
-        return None
-    inside = (U.T @ V)[:, 0]
-    sigma = np.linalg.norm(V[:, 0] - U @ inside) / np.sqrt(len(rows.V) - U.shape[1])
-    std = sigma * np.linalg.norm(friction, axis=1)
-    return np.divide(friction @ inside, std, out=np.zeros(2), where=std > 0.0)
-
-
-def _total_and_coulomb(W: Array, rows: Columns) -> tuple[Array, Array]:
-    """Orthonormal basis of columns (r, p), and friction at typical speed by the coordinates in it, (r, k) and (2, k).
-
-    It is of minimum norm: dependent columns share equally.
-    """
-    size = np.linalg.norm(W, axis=0)
-    U, s, Vt = np.linalg.svd(W / np.where(size > 0.0, size, 1.0), full_matrices=False)
-    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
-    both, dry = rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")
-    return U[:, :rank], np.array((both, dry), dtype=np.float64) @ (Vt[:rank].T / s[:rank])
-
-
-def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
-    """Joints, from 0, whose friction significantly drives in some log and brakes in none.
+def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
+    """Return the diagnosis of joints that friction significantly drives in some log and brakes in none.
 
     Args:
         problems: One motion each, of one arm.
         about: Gains with the expected signs, shape (n,); positive if None.
     """
-    found: list[int] = []
-    expected = np.ones(problems[0].structure.arm.n) if about is None else np.sign(about)
-    for joint in range(problems[0].structure.arm.n):
-        seen = [friction_z(problem, joint) for problem in problems]
-        z = [float(expected[joint]) * each for each in seen if each is not None]
-        if z and min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
-            found.append(joint)
-    return tuple(found)
-
-
-def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
-    """Return the diagnosis of joints that friction drives; arguments as `backward_joints`."""
+    n, found = problems[0].structure.arm.n, list[Diagnosis]()
+    for j, sign in enumerate(np.ones(n) if about is None else np.sign(about)):
+        z = [sign * float(largest(friction_z(problem, j))) for problem in problems]
+        if min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
+            sentence = f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have "
+            advice = f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative"
+            found.append(finding(None, "friction sign", sentence + "opposite signs", advice, joints=(j,)))
     good = "friction opposes the motion of every joint where it is identifiable"
-    return [
-        finding(
-            None, "friction sign",
-            f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have opposite signs",
-            f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative",
-            joints=(j,),
-        )
-        for j in backward_joints(problems, about)
-    ] or [finding(None, "friction sign", good)]  # fmt: skip
+    return found or [finding(None, "friction sign", good)]
 
 
 def opposed(problem: Problem) -> list[tuple[int, int]]:
@@ -124,10 +83,10 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
     motions = [replace(problem, motions=(each,)) for each in problem.motions]
     found: list[tuple[int, int]] = []
     for joint in range(problem.structure.arm.n):
-        white = [z for each in motions if (z := white_friction_z(each, joint)) is not None]
-        if not white or np.max(white) <= FRICTION_Z or np.min(white) >= -FRICTION_Z:
+        white = np.array([friction_z(each, joint, classical) for each in motions])  # the smallest deviations
+        if white.max() <= FRICTION_Z or white.min() >= -FRICTION_Z:
             continue
-        z = np.array([friction_z(each, joint) or 0.0 for each in motions])
+        z = np.array([largest(friction_z(each, joint)) for each in motions])
         if z.max() > FRICTION_Z and z.min() < -FRICTION_Z:
             brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)
             found.append((joint, int(min(brakes, drives, key=lambda logs: (len(logs), -logs[-1]))[-1])))
@@ -147,23 +106,21 @@ def predicted_rel_std(
     """
     both = pair(observation, observation, payload, options)
     alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
-    return tuple(
-        _predicted(both, alone, joint, float(gain[joint]), options) for joint in range(observation.structure.arm.n)
-    )
 
+    def predicted(joint: int) -> float | None:
+        system, rows = gain_system(both, joint, [payload.known_part()]), joint_rows(alone, joint)
+        if system is None:
+            return None
+        try:
+            own, fit = (
+                least_squares(W, V, rank_tol=RANK_TOL) for W, V in ((rows.W, rows.V), (system.W, system.rows.V))
+            )
+        except NotIdentifiable:
+            return None
+        sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
+        return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(float(gain[joint]))  # std(g) / g = g std(1/g)
 
-def _predicted(both: Problem, alone: Problem, joint: int, gain: float, options: GainOptions) -> float | None:
-    system = gain_system(both, joint, [payload.known_part() for payload in both.payloads])
-    if system is None:
-        return None
-    rows = joint_rows(alone, joint)
-    try:
-        own = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
-        fit = least_squares(system.W, system.rows.V, rank_tol=RANK_TOL)
-    except NotIdentifiable:
-        return None
-    sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
-    return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(gain)  # std(g) / g = g std(1/g)
+    return tuple(predicted(joint) for joint in range(observation.structure.arm.n))
 
 
 def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> Diagnosis:

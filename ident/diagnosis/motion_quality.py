@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePath
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding
 from ident.model.arm import Arm
-from ident.numerics.neighbours import quantum
+from ident.numerics.neighbours import median, quantum
 from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
@@ -42,24 +43,45 @@ ENDS = 0.05
 """Share of a log at each end whose median is the temperature there."""
 
 
+class ByJoint(NamedTuple):
+    """Positions and currents of a recording, shape (n, N), and their steps from row to row, shape (n, N - 1)."""
+
+    q: Array
+    v: Array
+    dq: Array
+    dv: Array
+
+
+@once_per_object
+def by_joint(recording: Recording) -> ByJoint:
+    """Samples joint by joint, contiguous in time, as several checks need them."""
+    q, v = np.ascontiguousarray(recording.q.T), np.ascontiguousarray(recording.v.T)
+    return ByJoint(q, v, np.diff(q), np.diff(v))
+
+
 def noise_std(x: Array) -> Array:
-    """Standard deviation of the white noise of columns (N, n) on a uniform clock, shape (n,); zero for under 5 rows."""
-    if len(x) < 5:
-        return np.zeros(x.shape[1])
-    size = np.median(np.abs(np.diff(np.ascontiguousarray(x.T), n=4)), axis=1)
-    return size / (NORMAL_MEDIAN * np.sqrt(FOURTH))
+    """Standard deviation of the white noise of signals (n, N) on a uniform clock, shape (n,); zero for under 5 rows."""
+    if x.shape[1] < 5:
+        return np.zeros(len(x))
+    return median(np.abs(np.diff(x, n=4))) / (NORMAL_MEDIAN * np.sqrt(FOURTH))
 
 
 @once_per_object
 def position_noise(recording: Recording) -> Array:
     """`noise_std` of the positions, shape (n,)."""
-    return readonly(noise_std(recording.q))
+    return readonly(noise_std(by_joint(recording).q))
+
+
+@once_per_object
+def current_noise(recording: Recording) -> Array:
+    """`noise_std` of the currents, shape (n,)."""
+    return readonly(noise_std(by_joint(recording).v))
 
 
 @once_per_object
 def position_quanta(recording: Recording) -> tuple[float | None, ...]:
     """Quantisation step of each joint's positions (`quantum`)."""
-    return tuple(quantum(q) for q in recording.q.T)
+    return tuple(quantum(q) for q in by_joint(recording).q)
 
 
 @lru_cache(maxsize=8)  # recordings of one robot are often of one length
@@ -76,35 +98,32 @@ def acceleration_of_unit_noise(samples: int, period: float, cutoff_hz: float) ->
 def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
     """Ratio of noise to rms of the filtered accelerations, from white noise of the positions, shape (n,)."""
     even = resampled(recording)
-    edge = edge_samples(even.period, options.cutoff_hz)
+    rms = _rms(_filtered(recording, options)[2])
     unit = acceleration_of_unit_noise(len(even.t), even.period, options.cutoff_hz)
-    rms = _rms(filtered_motion(even, options.cutoff_hz)[2][edge : len(even.t) - edge])
     return position_noise(even) * unit / np.where(rms > 0.0, rms, np.inf)
 
 
 def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Check noise and resolution of positions and currents; the worst joint of each is reported."""
-    steps = [(step, j) for j, step in enumerate(position_quanta(recording)) if step is not None]
+    name, steps = recording.name, [(step, j) for j, step in enumerate(position_quanta(recording)) if step is not None]
     coarsest, which = max(steps, default=(None, 0))
     sigma, share = position_noise(recording), acceleration_noise(recording, observing)
-    loud = noise_std(recording.v) / np.std(recording.v, axis=0)
-    j, k = int(share.argmax()), int(loud.argmax())
+    loud = current_noise(recording) / np.std(by_joint(recording).v, axis=1)
+    j, k, unit = int(share.argmax()), int(loud.argmax()), "rad or m"
+    resolution = finding(name, "encoder resolution", "encoder steps are finer than the noise")
+    if coarsest is not None:
+        sentence = f"the coarsest encoder has steps of {coarsest:.3g} {unit} (q{which + 1})"
+        resolution = finding(name, "encoder resolution", sentence, joints=(which,), value=coarsest, unit=unit)
     return [
-        finding(recording.name, "encoder resolution", "encoder steps are finer than the noise")
-        if coarsest is None
-        else finding(
-            recording.name, "encoder resolution",
-            f"the coarsest encoder has steps of {coarsest:.3g} rad or m (q{which + 1})",
-            joints=(which,), value=coarsest, unit="rad or m",
-        ),
+        resolution,
         finding(
-            recording.name, "noise of q",
-            f"q{j + 1} has noise of {sigma[j]:.2g} rad or m, {100.0 * share[j]:.2g} % of its filtered acceleration",
+            name, "noise of q",
+            f"q{j + 1} has noise of {sigma[j]:.2g} {unit}, {100.0 * share[j]:.2g} % of its filtered acceleration",
             "lower --cutoff-hz, or use --method iv" if share[j] > NOISY_ACCELERATION else None,
             joints=(j,), value=100.0 * share[j], unit="% of the acceleration",
         ),
         finding(
-            recording.name, "noise of v", f"v{k + 1} has noise of {100.0 * loud[k]:.2g} % of its standard deviation",
+            name, "noise of v", f"v{k + 1} has noise of {100.0 * loud[k]:.2g} % of its standard deviation",
             "repeat the motion several times" if loud[k] > NOISY_CURRENT else None,
             joints=(k,), value=100.0 * loud[k], unit="% of the standard deviation",
         ),
@@ -155,26 +174,22 @@ def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tu
 def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Check for joints that move too little or too slowly."""
     q, _, _, beside = _filtered(recording, observing)
-    ranges = np.ptp(q, axis=0)
+    ranges, name = np.ptp(q, axis=0), recording.name
     j, k = int(ranges.argmin()), int(beside.argmax())
-    little, still = f"{ranges[j]:.3g} rad or m", f"near a reversal or at rest for {100.0 * beside[k]:.3g} % of the time"
-    short, slow = ranges[j] < LITTLE, beside[k] > SLOW_TIME
+    size, slow = f"{ranges[j]:.3g} rad or m", f"near a reversal or at rest for {100.0 * beside[k]:.3g} % of the time"
+    extent, advice = f"every joint moves by at least {size} (smallest range: q{j + 1})", None
+    reversals, other = f"joints are {slow} or less", None
+    if ranges[j] < LITTLE:
+        extent, advice = f"q{j + 1} moves by only {size}", "move every joint further"
+    if beside[k] > SLOW_TIME:
+        reversals, other = f"q{k + 1} is {slow}", "reverse less often, and leave out samples at rest"
     return [
-        finding(
-            recording.name, "range",
-            f"q{j + 1} moves by only {little}" if short
-            else f"every joint moves by at least {little} (smallest range: q{j + 1})",
-            "move every joint further" if short else None,
-            joints=(j,), value=ranges[j], unit="rad or m",
-        ),
-        finding(
-            recording.name, "reversals", f"q{k + 1} is {still}" if slow else f"joints are {still} or less",
-            "reverse less often, and leave out samples at rest" if slow else None,
-            joints=(k,), value=100.0 * beside[k], unit="% of the time",
-        ),
-    ]  # fmt: skip
+        finding(name, "range", extent, advice, joints=(j,), value=ranges[j], unit="rad or m"),
+        finding(name, "reversals", reversals, other, joints=(k,), value=100.0 * beside[k], unit="% of the time"),
+    ]
 
 
+@once_per_object
 def _filtered(recording: Recording, options: ObserveOptions) -> tuple[Array, Array, Array, Array]:
     """Positions, speeds, accelerations without edges, (N, n) each, and shares of the time near a reversal, (n,)."""
     even = resampled(recording)
@@ -211,19 +226,6 @@ def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
         warmths: Temperatures of the logs that have them, in the order of the command line; may be empty.
     """
     found, sound = list[Diagnosis](), list[Warmth]()
-
-    def warming(log: str, verb: str, than: str, rise: Array, mean: float, advice: str) -> None:
-        """Add the diagnosis of a rise, of which the share `mean` affects the motion on average."""
-        joint = int(np.argmax(np.abs(rise)))
-        gain, viscous = (float(np.abs(rise[joint])) * mean * rate for rate in (GAIN, VISCOUS))
-        sentence = (
-            f"joint {joint + 1} {verb} {rise[joint]:.1f} K{than}: gain may change by {100 * gain:.2g} %, friction by "
-            f"{100 * viscous:.2g} %"
-        )
-        weak = gain > MOST_GAIN or viscous > MOST_FRICTION
-        given = advice if weak else None
-        found.append(finding(log, "temperature", sentence, given, joints=(joint,), value=rise[joint], unit="K"))
-
     for each in warmths:
         celsius = each.celsius
         inside = (np.isfinite(celsius) & (celsius >= COLDEST) & (celsius <= HOTTEST)).all(axis=0)
@@ -232,16 +234,28 @@ def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
             sound.append(each)
             size = max(1, round(ENDS * len(celsius)))
             rise = np.median(celsius[-size:], axis=0) - np.median(celsius[:size], axis=0)
-            warming(each.log, "warms by", "", rise, 0.5, "warm up longer before recording")
+            found.append(_warming(each.log, "warms by", "", rise, 0.5, "warm up longer before recording"))
         else:
-            j = int(np.argmin(plausible))
-            sentence = (
-                f"the temperature of joint {j + 1} jumps or is outside {COLDEST:g} to {HOTTEST:g} degrees Celsius; it "
-                "is ignored"
-            )
+            j, limits = int(np.argmin(plausible)), f"{COLDEST:g} to {HOTTEST:g} degrees Celsius"
+            sentence = f"the temperature of joint {j + 1} jumps or is outside {limits}; it is ignored"
             found.append(finding(each.log, "temperature", sentence, severity=Severity.WEAK, joints=(j,)))
     for each in sound[1:]:
-        than, rise = PurePath(sound[0].log).name, each.celsius.mean(axis=0) - sound[0].celsius.mean(axis=0)
+        than, rise = (
+            f" than in {PurePath(sound[0].log).name}",
+            each.celsius.mean(axis=0) - sound[0].celsius.mean(axis=0),
+        )
         advice = "warm up first; record bare, loaded and bare again"
-        warming(each.log, "is warmer by", f" than in {than}", rise, 1.0, advice)
+        found.append(_warming(each.log, "is warmer by", than, rise, 1.0, advice))
     return found
+
+
+def _warming(log: str, verb: str, than: str, rise: Array, mean: float, advice: str) -> Diagnosis:
+    """The diagnosis of a rise [K] of each joint, shape (n,), of which a share acts on average."""
+    joint = int(np.argmax(np.abs(rise)))
+    gain, viscous = (float(np.abs(rise[joint])) * mean * rate for rate in (GAIN, VISCOUS))
+    change = f"gain may change by {100 * gain:.2g} %, friction by {100 * viscous:.2g} %"
+    weak = gain > MOST_GAIN or viscous > MOST_FRICTION
+    return finding(
+        log, "temperature", f"joint {joint + 1} {verb} {rise[joint]:.1f} K{than}: {change}", advice if weak else None,
+        joints=(joint,), value=rise[joint], unit="K",
+    )  # fmt: skip

@@ -9,8 +9,9 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.estimation.estimate import FRICTION_Z, GainEstimate, RefusedGain, joint_signs
-from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.diagnosis.hypothesis import SLACK
+from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
+from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.recordings.recording import NO_JOINT, Motion, Recording, share_samples
@@ -18,10 +19,8 @@ from ident.support.errors import IdentificationError, NotIdentifiable, Recording
 
 LOAD_Z = 4.0
 """Number of standard deviations by which 1/g must differ from zero on some joint for a load to be present."""
-FAINT_Z = 12.0
-"""Number of standard deviations below which, on all joints, an absent payload is suspected: without a payload, a method
-with fixed signs such as `nls` gives 4 to 10 (two bare motions of a UR-like arm, six seeds)."""
 RECORD_BARE = "record one with nothing on the flange (--unloaded)"
+SWAPPED = "every joint gives a negative payload mass; bare and loaded recordings are probably swapped"
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is reported."""
 
@@ -46,14 +45,11 @@ def check_positions(arm: Arm, recording: Recording) -> None:
         RecordingError: Naming the joint.
     """
     check_joints(arm, recording)
-    slack = 0.1
-    for j in range(arm.n):
-        if not arm.revolute[j]:
-            continue
+    for j in np.flatnonzero(arm.revolute).tolist():
         lower, upper = max(arm.lower[j], -4.0 * np.pi), min(arm.upper[j], 4.0 * np.pi)
         low, high = float(recording.q[:, j].min()), float(recording.q[:, j].max())
-        if low < lower - slack or high > upper + slack:
-            reachable = np.deg2rad(low) >= lower - slack and np.deg2rad(high) <= upper + slack
+        if low < lower - SLACK or high > upper + SLACK:
+            reachable = np.deg2rad(low) >= lower - SLACK and np.deg2rad(high) <= upper + SLACK
             degrees = reachable and max(-low, high) > 2.0 * np.pi
             advice = "the log looks like degrees; convert q to radians" if degrees else "check the model and the units"
             raise RecordingError(
@@ -104,52 +100,38 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     Raises:
         NotIdentifiable: With the reason.
     """
-    signs = joint_signs(estimate)
-    seen = np.abs(signs.load_z) > LOAD_Z
-    if len(seen) and not seen.any():
+    load_z = joint_signs(estimate).load_z
+    if len(load_z) and not (np.abs(load_z) > LOAD_Z).any():
         if not bare:
             raise NotIdentifiable(f"without a bare motion the torque of the payload is not identifiable: {RECORD_BARE}")
         raise NotIdentifiable(f"{estimate.method} finds no torque of the payload on any joint; was it mounted?")
-    if not estimate.identifiable.any():
-        reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
-        missing = "" if bare else f" without a bare motion: {RECORD_BARE}"
-        faint = bare and len(seen) and bool((np.abs(signs.load_z) < FAINT_Z).all())
-        mounted = "; was the payload mounted?" if faint else ""
-        raise NotIdentifiable(f"no drive gain can be identified{missing}; joint 1: {reason}{mounted}")
-    check_swapped(estimate)
+    if not estimate.identified:
+        reason = f"joint 1: {estimate.reasons[0]}"
+        if not bare:
+            raise NotIdentifiable(f"no drive gain can be identified without a bare motion: {RECORD_BARE}; {reason}")
+        raise NotIdentifiable(f"no drive gain can be identified; {reason}; was the payload mounted?")
+    if swapped(estimate):
+        raise NotIdentifiable(SWAPPED)
 
 
 def cause_of(error: IdentificationError, problem: Problem) -> IdentificationError:
     """Return the cause of a failed estimate: swapped files if the linear method detects these, else the error."""
     try:
-        estimate = joint_by_joint_gains(problem, JointByJointOptions())
+        return NotIdentifiable(SWAPPED) if swapped(joint_by_joint_gains(problem)) else error
     except IdentificationError:
         return error
-    try:
-        check_swapped(estimate)
-    except NotIdentifiable as swapped:
-        return swapped
-    return error
 
 
-def check_swapped(estimate: GainEstimate) -> None:
-    """Refuse an estimate with gains if all loads are negative: the two files are swapped.
+def swapped(estimate: GainEstimate) -> bool:
+    """Whether all loads of an estimate with gains are negative, as the two files are swapped.
 
     A negative gain also makes friction over gain negative; swapped files change the sign of the payload only. If
     friction is not significant, positive gains are expected.
-
-    Raises:
-        NotIdentifiable: If the files are swapped.
     """
-    if not estimate.identifiable.any():
-        return
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
-    if seen.any() and not (signs.load_z * sign > 0.0)[seen].any():
-        raise NotIdentifiable(
-            "every joint gives a negative payload mass; bare and loaded recordings are probably swapped"
-        )
+    return bool(estimate.identified and seen.any() and not (signs.load_z * sign > 0.0)[seen].any())
 
 
 def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:

@@ -6,12 +6,14 @@ joints reveal the number of missing periods. A recording that needs no repair is
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ident.diagnosis import channels, motion_quality, timing
 from ident.diagnosis.channels import TURN
 from ident.diagnosis.diagnosis import Diagnosis, finding
+from ident.diagnosis.hypothesis import SLACK
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
@@ -22,8 +24,8 @@ SAMPLE_CHECKS: dict[str, Callable[[Recording, ObserveOptions], list[Diagnosis]]]
     "wrapped": channels.wrapped,
     "clock": timing.clock,
     "lost samples": timing.lost_samples,
-    "clipping": channels.clipping,
-    "frozen": channels.frozen,
+    "clipping": partial(channels.unmeasured, "clipping"),
+    "frozen": partial(channels.unmeasured, "frozen"),
     "noise": motion_quality.noise,
     "columns": channels.columns,
     "motion": motion_quality.motion,
@@ -33,15 +35,13 @@ FILTERED = ("noise", "columns", "motion")
 OF_THE_MOTION = ("values", "noise", "motion")
 """Checks of the quality of logs: standard deviations of gains include it, and bad values are refused."""
 SPOILING: dict[str, Callable[[Recording], Mask]] = {
-    "clipping": channels.clipped,
-    "frozen": channels.stopped,
+    "clipping": partial(channels.unmeasured_samples, "clipping"),
+    "frozen": partial(channels.unmeasured_samples, "frozen"),
     "values": channels.implausible,
-    "lost samples": timing.beside_lost,
-    "repeated samples": timing.repeated,
+    "lost samples": lambda log: timing.beside(log, timing.timestamp_anomalies(log).long),
+    "repeated samples": lambda log: timing.beside(log, timing.timestamp_anomalies(log).still),
 }
 """Functions that mark samples that each joint's gain must not use, shape (N, n), by the name of the diagnosis."""
-SLACK = 0.1
-"""Tolerance of limits for an error of the zero [rad]."""
 
 
 def repaired(
@@ -76,7 +76,7 @@ def restored(recording: Recording) -> tuple[Recording, Diagnosis | None]:
     if not odd.plain:
         return recording, None
     later = np.zeros(len(recording.t))
-    later[odd.long + 1] = odd.lost * np.median(np.diff(recording.t))
+    later[odd.long + 1] = odd.lost * timing.intervals(recording).usual
     return replace(recording, t=recording.t + np.cumsum(later)), timing.lost_samples(recording)[0]
 
 

@@ -17,12 +17,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from ident.diagnosis.channels import times
+from ident.diagnosis.channels import first, times
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding
-from ident.diagnosis.motion_quality import position_noise, position_quanta
+from ident.diagnosis.motion_quality import by_joint, position_noise, position_quanta
 from ident.numerics.signals import KERNEL_CUTOFFS, SETTLING
 from ident.observation.observation import ObserveOptions
-from ident.recordings.checks import intervals_of
+from ident.recordings.checks import Intervals, intervals_of
 from ident.recordings.recording import JITTER_TOL, LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask, once_per_object
 
@@ -40,29 +40,26 @@ def slowest_hz(observing: ObserveOptions) -> float:
     return ROOM * max(observing.cutoff_hz, observing.decimation_cutoff_hz)
 
 
-SLOW = slowest_hz(ObserveOptions())
-"""The same for the default filters."""
+@once_per_object
+def intervals(recording: Recording) -> Intervals:
+    """`intervals_of` the time stamps."""
+    return intervals_of(recording.t)
 
 
 def clock(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Check the time stamps."""
-    found, slowest = intervals_of(recording.t), slowest_hz(observing)
-    duration = float(recording.t[-1] - recording.t[0])
+    found, slowest, name = intervals(recording), slowest_hz(observing), recording.name
     hertz = 1.0 / found.mean  # controllers that log every 10 or 12 ms do so at a rate between the two
+    rate = f"sampled at {hertz:.4g} Hz: {len(recording.t)} samples in {float(recording.t[-1] - recording.t[0]):.4g} s"
+    faster = f"log at {slowest:g} Hz or more, or lower --cutoff-hz" if hertz < slowest else None
     varied = f"sampling intervals vary by up to {100.0 * found.jitter:.3g} %"
+    varied = varied if found.jitter > JITTER_TOL else "sampling intervals are equal"
+    own = "log the time at which a sample was taken, not at which it arrived" if found.jitter > JITTERED else None
     return [
-        finding(
-            recording.name, "rate", f"sampled at {hertz:.4g} Hz: {len(recording.t)} samples in {duration:.4g} s",
-            f"log at {slowest:g} Hz or more, or lower --cutoff-hz" if hertz < slowest else None,
-            value=hertz, unit="Hz",
-        ),
-        finding(
-            recording.name, "jitter", varied if found.jitter > JITTER_TOL else "sampling intervals are equal",
-            "log the time at which a sample was taken, not at which it arrived" if found.jitter > JITTERED else None,
-            value=100.0 * found.jitter, unit="%",
-        ),
+        finding(name, "rate", rate, faster, value=hertz, unit="Hz"),
+        finding(name, "jitter", varied, own, value=100.0 * found.jitter, unit="%"),
         missing_samples(recording, observing),
-    ]  # fmt: skip
+    ]
 
 
 def least_seconds(observing: ObserveOptions, n: int) -> float:
@@ -76,33 +73,30 @@ def usable_parts(recording: Recording, observing: ObserveOptions) -> list[slice]
 
     Empty without such a gap, or if no part is long enough.
     """
-    t, intervals = recording.t, np.diff(recording.t)
-    gaps = np.flatnonzero(intervals > LARGEST_GAP * np.median(intervals)) + 1
-    least = least_seconds(observing, recording.n)
+    t, least = recording.t, least_seconds(observing, recording.n)
+    gaps = np.flatnonzero(np.diff(t) > LARGEST_GAP * intervals(recording).usual) + 1
     ends = pairwise([0, *gaps.tolist(), len(t)] if len(gaps) else [])
     return [slice(a, b) for a, b in ends if b - a > 1 and t[b - 1] - t[a] >= least]
 
 
 def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosis:
     """Check for samples that are missing by the time stamps, and describe the treatment of the gaps."""
-    found, name = intervals_of(recording.t), "missing samples"
+    found, name = intervals(recording), "missing samples"
     if not found.lost:
         return finding(recording.name, name, "the time stamps show no missing samples")
-    t, intervals = recording.t, np.diff(recording.t)
-    at = int(np.where(found.missing, intervals, 0.0).argmax())
-    hole, parts, used = intervals[at] > LARGEST_GAP * found.usual, usable_parts(recording, observing), ""
-    if hole and len(parts) > 1:
-        used = f"; used as {len(parts)} logs"
-    elif hole and parts:
-        used = f"; used from {t[parts[0].start]:.4g} to {t[parts[0].stop - 1]:.4g} s"
+    t, parts, used = recording.t, usable_parts(recording, observing), ""
+    at = int(np.where(found.missing, np.diff(t), 0.0).argmax())
+    longest = float(t[at + 1] - t[at])
+    hole = longest > LARGEST_GAP * found.usual
+    if hole and parts:
+        one = f"from {t[parts[0].start]:.4g} to {t[parts[0].stop - 1]:.4g} s"
+        used = f"; used {one if len(parts) == 1 else f'as {len(parts)} logs'}"
     lost = "1 sample is" if found.lost == 1 else f"{found.lost} samples are"
     gaps = "1 gap" if found.gaps == 1 else f"{found.gaps} gaps"
-    return finding(
-        recording.name, name,
-        f"{lost} missing in {gaps}, the longest {intervals[at]:.3g} s at t = {t[at]:.6g} s{used}",
-        "log with less load on the computer",
-        severity=Severity.WRONG if hole and not parts else None, value=found.lost, unit="samples",
-    )  # fmt: skip
+    sentence = f"{lost} missing in {gaps}, the longest {longest:.3g} s at t = {t[at]:.6g} s{used}"
+    grade = Severity.WRONG if hole and not parts else Severity.WEAK
+    advice = "log with less load on the computer"
+    return finding(recording.name, name, sentence, advice, severity=grade, value=found.lost, unit="samples")
 
 
 APART = 4
@@ -150,37 +144,37 @@ class TimestampAnomalies:
 @once_per_object
 def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     """Find steps of all joints together that are too long, or zero, for their time interval."""
-    times_of = intervals_of(recording.t)
-    step, stamped = np.diff(recording.q, axis=0), np.diff(recording.t)  # (N - 1, n) and (N - 1,)
-    rounding = np.array([step or np.finfo(float).eps for step in position_quanta(recording)]) / np.sqrt(12.0)
-    sigma = np.sqrt(2.0) * np.hypot(position_noise(recording), rounding) / times_of.usual
-    even = np.asarray(times_of.usual * (1.0 + times_of.missing), np.float64)
-    readings = (stamped,) if np.abs(stamped - even).max() < SAME * even.min() else (stamped, even)
-    speeds = [(interval, rate := step / interval[:, None], speed_beside(rate)) for interval in readings]
-    interval, rate, usual = min(speeds, key=lambda each: float(np.sum(np.abs(each[1] - each[2]) / sigma)))
-    size = np.sum((usual / sigma) ** 2, axis=1)
-    share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
-    sure = (np.abs(share - 1.0) * np.sqrt(size) > SURE) & (np.abs(share - 1.0) > OFF)
-    moving = np.abs(usual) > SHOWS * sigma
+    found, step, stamped = intervals(recording), by_joint(recording).dq, np.diff(recording.t)  # (n, N - 1), (N - 1,)
+    rounding = np.array([quantum or np.finfo(float).eps for quantum in position_quanta(recording)]) / np.sqrt(12.0)
+    sigma = np.sqrt(2.0) * np.hypot(position_noise(recording), rounding) / found.usual
+    even = np.asarray(found.usual * (1.0 + found.missing), np.float64)
+    readings = [stamped] if np.abs(stamped - even).max() < SAME * even.min() else [stamped, even]
+    speeds = [(each, rate := step / sigma[:, None] / each, speed_beside(rate)) for each in readings]  # in noise
+    interval, rate, usual = min(speeds, key=lambda each: float(np.abs(each[1] - each[2]).sum()))
+    size = np.einsum("jk,jk->k", usual, usual)
+    share = np.divide(np.einsum("jk,jk->k", rate, usual), size, out=np.ones(len(size)), where=size > 0.0)
+    off, periods = np.abs(share - 1.0), interval / found.usual
+    whole = np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # a late stamp makes a long interval
+    sure = np.flatnonzero((off * np.sqrt(size) > SURE) & (off > OFF) & whole)
+    rate, usual = rate[:, sure], usual[:, sure]
+    moving = np.abs(usual) > SHOWS
     own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
-    alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
-    periods = interval / times_of.usual
-    sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # a late stamp makes a long interval
-    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder does not count
-    still = sure & (step == 0.0).all(axis=1)
-    long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after repeats
+    alike = moving & (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share[sure] > 1.0))
+    sure = sure[alike.sum(axis=0) > MOST * moving.sum(axis=0)]  # one coarse encoder does not count
+    still = sure[(step[:, sure] == 0.0).all(axis=0)]
+    long = sure[(share[sure] > 1.0) & ~np.isin(sure - 1, still)]  # after repeats
     lost = (share[long] - 1.0) * periods[long]
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
     return TimestampAnomalies(
         long=long,
         lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
-        still=np.flatnonzero(still),
+        still=still,
         shown=float(np.mean(np.sqrt(size) > SURE)),
     )
 
 
 def speed_beside(rate: Array) -> Array:
-    """Median speed of the steps to each side of every step, without the step itself, shape (N - 1, n).
+    """Median speed of the steps to each side of every step, without the step itself, shape (n, N - 1).
 
     The eight speeds x_-4 .. x_-1, x_1 .. x_4 are sorted by a network (Knuth, vol. 3, 5.3.4) whose first two rounds
     compare the same pairs for neighbouring steps.
@@ -189,8 +183,8 @@ def speed_beside(rate: Array) -> Array:
     def ordered(x: Array, y: Array) -> tuple[Array, Array]:
         return np.minimum(x, y), np.maximum(x, y)
 
-    found = np.empty(rate.shape[::-1])
-    for x, out in zip(rate.T, found, strict=True):
+    found = np.empty_like(rate)
+    for x, out in zip(rate, found, strict=True):
         padded = np.pad(x, APART, mode="edge")
         low, high = ordered(padded[:-2], padded[2:])
         (a, c), (b, d) = ordered(low[:-5], low[5:]), ordered(high[:-5], high[5:])
@@ -199,60 +193,42 @@ def speed_beside(rate: Array) -> Array:
         upper = np.maximum(np.maximum(third[0], fourth[0]), second)
         lower = np.minimum(np.minimum(third[1], fourth[1]), fifth)
         np.multiply(0.5, lower + upper, out=out)
-    return found.T
+    return found
 
 
 def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
     """Check positions and currents for lost, repeated and held samples."""
     odd, name, count = timestamp_anomalies(recording), recording.name, len(recording.t)
-    found, many = list[Diagnosis](), int(odd.lost.sum())
+    lost, repeats = "the motion shows no lost samples", "no samples are repeated"
+    found = [finding(name, "lost samples", lost), finding(name, "repeated samples", repeats)]
 
     def severity(rows: Indices) -> Severity:
         return Severity.WRONG if len(rows) > MANY * count else Severity.WEAK
 
-    def first(rows: Indices) -> str:
-        return f"first after row {rows[0] + 1}, {recording.t[rows[0]]:.6g} s"
-
-    own_time = "log the controller's own time"
-    if not len(odd.long):
-        found.append(finding(name, "lost samples", "the motion shows no lost samples"))
-    elif odd.plain:
-        lost = "1 sample is" if many == 1 else f"{many} samples are"
-        sentence = f"{lost} lost without a gap in the time stamps, {first(odd.long)}; stamps corrected"
-        found.append(finding(name, "lost samples", sentence, own_time, value=many, unit="samples"))
-    else:
-        jumps = len(odd.long)
-        sentence = f"all joints jump ahead {times(jumps)}, {first(odd.long)}: samples are lost"
-        grade = severity(odd.long)
-        found.append(finding(name, "lost samples", sentence, own_time, severity=grade, value=jumps, unit="jumps"))
-    if len(odd.still):
-        sentence = f"positions of a moving arm repeat {times(len(odd.still))}, {first(odd.still)}"
+    if len(odd.long):
+        many, grade, unit = len(odd.long), severity(odd.long), "jumps"
+        sentence = f"all joints jump ahead {times(many)}, {first(recording, odd.long)}: samples are lost"
+        if odd.plain:
+            many, grade, unit = int(odd.lost.sum()), Severity.WEAK, "samples"
+            lost = "1 sample is" if many == 1 else f"{many} samples are"
+            place = first(recording, odd.long)
+            sentence = f"{lost} lost without a gap in the time stamps, {place}; stamps corrected"
+        advice = "log the controller's own time"
+        found[0] = finding(name, "lost samples", sentence, advice, severity=grade, value=many, unit=unit)
+    if many := len(odd.still):
+        sentence = f"positions of a moving arm repeat {times(many)}, {first(recording, odd.still)}"
         advice, grade = "log each sample once, with its own time", severity(odd.still)
-        found.append(
-            finding(name, "repeated samples", sentence, advice, severity=grade, value=len(odd.still), unit="rows")
-        )
-    else:
-        found.append(finding(name, "repeated samples", "no samples are repeated"))
-    held = 100.0 * float((np.diff(recording.v, axis=0) == 0.0).all(axis=1).mean())
+        found[1] = finding(name, "repeated samples", sentence, advice, severity=grade, value=many, unit="rows")
+    held = 100.0 * float((by_joint(recording).dv == 0.0).all(axis=0).mean())
     if held > 100.0 * HELD:
         sentence = f"all currents equal those of the row before on {held:.3g} % of the rows: v is logged at a lower "
-        sentence += "rate than q"
         advice = "log them at the rate of positions"
-        found.append(finding(name, "held currents", sentence, advice, value=held, unit="% of the rows"))
+        found.append(finding(name, "held currents", sentence + "rate than q", advice, value=held, unit="% of the rows"))
     return found
 
 
-def beside_lost(recording: Recording) -> Mask:
-    """Mask of samples on both sides of lost ones, shape (N, n)."""
-    return _beside(recording, timestamp_anomalies(recording).long)
-
-
-def repeated(recording: Recording) -> Mask:
-    """Mask of repeated samples, shape (N, n)."""
-    return _beside(recording, timestamp_anomalies(recording).still)
-
-
-def _beside(recording: Recording, rows: Indices) -> Mask:
+def beside(recording: Recording, rows: Indices) -> Mask:
+    """Mask of the samples on both sides of rows, shape (N, n)."""
     found = np.zeros(recording.q.shape, dtype=np.bool_)
     found[rows] = found[rows + 1] = True
     return found

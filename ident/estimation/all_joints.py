@@ -351,7 +351,6 @@ class Fit:
             joint=columns.joint,
             motion=columns.motion,
             position=columns.position,
-            row_period=self.ready.problem.row_period,
             unknowns=dict(enumerate(self.unknowns.tolist())),
             weight=1.0 / sigma[columns.joint],
             explained=basis[:, basis.any(axis=0)],

@@ -6,12 +6,13 @@ the sign of a gain is determined twice: by the payload's torque, and by friction
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.problem import GainOptions, Problem
-from ident.support.arrays import Array, Indices, Mask, MaskedArray
+from ident.support.arrays import Array, Indices, Mask, MaskedArray, once_per_object
 
 FRICTION_Z = 10.0
 """Number of standard deviations beyond which the sign of friction is significant."""
@@ -119,7 +120,7 @@ class GainSolution:
     stiff: "GainSolution | None" = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True, eq=False)
 class GainEstimate:
     """Drive gains of an arm, with the data that they follow from.
 
@@ -142,6 +143,11 @@ class GainEstimate:
     remarks: tuple[str, ...] = ()
 
     @property
+    def identified(self) -> dict[int, IdentifiedGain]:
+        """The gains, by joint from 0."""
+        return {j: joint for j, joint in enumerate(self.joints) if isinstance(joint, IdentifiedGain)}
+
+    @property
     def identifiable(self) -> Mask:
         """Which joints have a gain, shape (n,)."""
         return np.array([isinstance(joint, IdentifiedGain) for joint in self.joints])
@@ -149,35 +155,19 @@ class GainEstimate:
     @property
     def gain(self) -> MaskedArray:
         """The gains [N m / drive unit], shape (n,), masked where refused."""
-        return self._each("value")
+        return self._of_gains("value")
 
     @property
     def std(self) -> MaskedArray:
         """Total standard deviations, from residuals, payload and model, shape (n,), masked where refused."""
-        return self._each("std")
-
-    @property
-    def residual_std(self) -> MaskedArray:
-        """Contributions of the residuals to `std`, shape (n,), masked where refused."""
-        return self._each("residual_std")
-
-    @property
-    def payload_std(self) -> MaskedArray:
-        """Contributions of the payload's specified uncertainty to `std`, shape (n,), masked where refused."""
-        return self._each("payload_std")
-
-    @property
-    def model_std(self) -> MaskedArray:
-        """Contributions of the model's assumptions to `std`, shape (n,), masked where refused."""
-        return self._each("model_std")
+        return self._of_gains("std")
 
     @property
     def reasons(self) -> tuple[str | None, ...]:
         """Reason of each joint's refusal, None where it has a gain."""
         return tuple(None if isinstance(joint, IdentifiedGain) else joint.reason for joint in self.joints)
 
-    def _each(self, name: str) -> MaskedArray:
-        """A number of every joint's gain, shape (n,), masked where refused."""
+    def _of_gains(self, name: str) -> MaskedArray:
         numbers = [getattr(joint, name) if isinstance(joint, IdentifiedGain) else 0.0 for joint in self.joints]
         return np.ma.array(numbers, mask=~self.identifiable, dtype=np.float64)
 
@@ -219,11 +209,11 @@ def judge_identifiability(
         solution: Its solution.
         payload: Payload parameters that it estimated with the gains.
     """
-    options, rows = problem.options, solution.rows
-    covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence)
-    predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
-    shares = (predicted, np.linalg.norm(solution.payload, axis=1), np.linalg.norm(solution.model, axis=1))
-    predicted = np.linalg.norm(shares, axis=0)  # refusals use the total standard deviation
+    options = problem.options
+    covariance, std = uncertain(solution.rows, solution.influence, options)
+    shares = [np.linalg.norm(each, axis=1) for each in (solution.payload, solution.model)]
+    # std(g) / g = std(1/g) / (1/g); refusals use the total standard deviation
+    predicted = np.linalg.norm([std / np.abs(solution.inverse), *shares], axis=0)
     joints: dict[int, JointResult] = {
         j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
         for j, reason in solution.unsolved.items()
@@ -242,8 +232,8 @@ def judge_identifiability(
                 joint=name,
                 value=gain,
                 residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
-                payload_rel_std=float(shares[1][k]),
-                model_rel_std=float(shares[2][k]),
+                payload_rel_std=float(shares[0][k]),
+                model_rel_std=float(shares[1][k]),
                 predicted_rel_std=expected,
             )
     return GainEstimate(
@@ -256,21 +246,17 @@ def judge_identifiability(
     )
 
 
-def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: Array, noise_floor: float) -> Array:
-    """Predict the relative standard deviations of gains from such data.
+def uncertain(rows: Rows, influence: Array, options: GainOptions) -> tuple[Array, Array]:
+    """Return the covariance of k quantities, shape (k, k), and standard deviations of at least those of a real drive.
 
     Args:
-        rows: Rows that the gains were estimated from.
-        influence: Derivative of each 1/g by each row's current, shape (k, r).
-        inverse: 1/g, shape (k,).
-        covariance: Covariance of 1/g from the residuals, shape (k, k).
-        noise_floor: Residual that any real drive has, as a share of the joint's rms current.
-
-    Returns:
-        Shape (k,).
+        rows: Rows with residuals.
+        influence: Derivative of each quantity by each row's current, shape (k, r).
+        options: Method of the covariance, and noise floor.
     """
-    least = rows.least_std(influence, noise_floor)
-    return np.maximum(np.sqrt(np.diag(covariance)), least) / np.abs(inverse)  # std(g) / g = std(1/g) / (1/g)
+    covariance = UNCERTAINTIES[options.uncertainty](rows, influence)
+    least = rows.least_std(influence, options.noise_floor)
+    return covariance, np.maximum(np.sqrt(np.diag(covariance)), least)
 
 
 def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:
@@ -291,27 +277,26 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class JointSigns:
-    """Significance of the sign of each solved gain.
-
-    Attributes:
-        load_z: 1/g over its standard deviation, shape (k,).
-        friction_z: Friction over g, divided by its standard deviation, of total or Coulomb friction, whichever is more
-            significant; its sign is that of g, shape (k,). Residuals are at least the noise floor of real drives.
-    """
+class JointSigns(NamedTuple):
+    """1/g, and friction over g, each over its standard deviation, shape (k,); both have the sign of the gain."""
 
     load_z: Array
     friction_z: Array
 
 
+@once_per_object
 def joint_signs(estimate: GainEstimate) -> JointSigns:
-    """Return the significance of each solved gain's sign, by load and by friction."""
-    solution, options = estimate.solution, estimate.options
+    """Return the significance of each solved gain's sign, by load and by friction.
+
+    Of total and Coulomb friction, the more significant is taken; residuals are at least the noise floor of real drives.
+    """
+    solution = estimate.solution
     flat = solution.friction_influence.reshape(solution.friction.size, len(solution.rows.V))
-    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat)
-    least = solution.rows.least_std(flat, options.noise_floor)  # without noise everything would be significant
-    std = np.maximum(np.sqrt(np.diag(covariance)), least).reshape(solution.friction.shape)
+    std = uncertain(solution.rows, flat, estimate.options)[1].reshape(solution.friction.shape)
     z = np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)
-    surer = np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]
-    return JointSigns(solution.inverse / np.sqrt(np.diag(estimate.covariance)), surer)
+    return JointSigns(solution.inverse / np.sqrt(np.diag(estimate.covariance)), largest(z))
+
+
+def largest(x: Array) -> Array:
+    """Return the value of largest magnitude along the last axis."""
+    return np.take_along_axis(x, np.argmax(np.abs(x), axis=-1)[..., None], axis=-1)[..., 0]

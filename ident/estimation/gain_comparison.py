@@ -137,20 +137,18 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
         joint = int(joints[np.argmin(std)]) + 1
         raise GainsError(f"joint {joint}: neither gain has a standard deviation, so no change can be tested; state one")
     x, turned = np.log(np.abs(B.value[b] / A.value[a])), A.value[a] * B.value[b] < 0.0
-    y = _whitening(C, std) @ x
-    everyone = common_scale(x, C)
-    sharing = sharing_joints(x, C)
-    common = everyone if len(sharing) in (0, len(x)) else common_scale(x[sharing], C[np.ix_(sharing, sharing)])
-    w = np.zeros(len(x))
-    w[sharing if len(sharing) else slice(None)] = common.weights
-    apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
+    everyone, sharing = common_scale(x, C), sharing_joints(x, C)
+    used = sharing if len(sharing) else np.arange(len(x))
+    common, w = common_scale(x[used], C[np.ix_(used, used)]), np.zeros(len(x))
+    w[used] = common.weights
+    apart = np.eye(len(x)) - w  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
     limit, of_one = (-NormalDist().inv_cdf(0.5 * LEVEL / many) for many in (len(x), 1))
     (scale,) = changes(np.array([common.value]), np.array([common.std]), np.zeros(1, np.bool_), of_one)
     return GainComparison(
         joints=joints.astype(np.intp),
         each=changes(x, std, turned, limit),
-        together=Together.of(float(y @ y), len(x)),
+        together=Together.of(everyone.rest.chi2 + (everyone.value / everyone.std) ** 2, len(x)),
         scale=scale,
         sharing=joints[sharing].astype(np.intp),
         apart=changes(apart @ x, left, turned, limit),
@@ -180,13 +178,21 @@ class CommonScale:
 
 
 def common_scale(x: Array, C: Array) -> CommonScale:
-    """Return the common change of k joints, from x (k,) with covariance C (k, k)."""
-    white = _whitening(C, np.sqrt(np.diag(C)))
-    ones, y = white @ np.ones(len(x)), white @ x
+    """Return the common change of k joints, from x (k,) with covariance C (k, k).
+
+    Raises:
+        GainsError: If a combination of the gains has no variance.
+    """
+    try:
+        L = linalg.cholesky(C, lower=True)
+    except linalg.LinAlgError:
+        raise GainsError("the covariance of the gains is singular; state a standard deviation of each") from None
+    ones, y = linalg.solve_triangular(L, np.column_stack((np.ones(len(x)), x)), lower=True).T  # white
     weight = float(ones @ ones)
     value = float(ones @ y) / weight
     rest = Together.of(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
-    return CommonScale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
+    weights = linalg.solve_triangular(L, ones, lower=True, trans=1) / weight
+    return CommonScale(value=value, std=weight**-0.5, weights=weights, rest=rest)
 
 
 def sharing_joints(x: Array, C: Array) -> Indices:
@@ -201,16 +207,3 @@ def sharing_joints(x: Array, C: Array) -> Indices:
         if tests[best].p >= APART:
             return kept[best].astype(np.intp)
     return np.zeros(0, dtype=np.intp)
-
-
-def _whitening(C: Array, std: Array) -> Array:
-    """Return L^-1 with C = L L^T, which whitens the changes.
-
-    Raises:
-        GainsError: If a combination of the gains has no variance.
-    """
-    try:
-        L = linalg.cholesky(C / np.outer(std, std), lower=True)
-    except linalg.LinAlgError:
-        raise GainsError("the covariance of the gains is singular; state a standard deviation of each") from None
-    return linalg.solve_triangular(L, np.diag(1.0 / std), lower=True)

@@ -29,7 +29,6 @@ class Rows:
         joint: Joint of each row, from 0, shape (r,).
         motion: Motion of each row, an index into `Problem.motions`, shape (r,).
         position: Number of each row in its motion, including omitted rows, shape (r,).
-        row_period: Time from one row to the next [s].
         unknowns: Number of unknowns of each joint that has rows, by joint, including a share of common unknowns.
         weight: Weight of each row in the fit, shape (r,).
         explained: Orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the
@@ -41,7 +40,6 @@ class Rows:
     joint: Indices
     motion: Indices
     position: Indices
-    row_period: float
     unknowns: dict[int, float]
     weight: Array
     explained: Array
@@ -60,20 +58,21 @@ class Rows:
         """Root mean square of a joint's currents [drive units]."""
         return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
 
+    def of_joints(self, number: Callable[[int], float]) -> Array:
+        """A number of each row's joint, shape (r,)."""
+        found = np.empty(len(self.V))
+        for joint in self.unknowns:
+            found[self.of(joint)] = number(joint)
+        return found
+
     def least_std(self, influence: Array, noise_floor: float) -> Array:
-        """Standard deviations from white residuals, of at least a share of each joint's rms current.
+        """Standard deviations of k quantities from white residuals, of a share of each joint's rms current, shape (k,).
 
         Args:
-            influence: Derivative of k quantities by the current of each row, shape (k, r).
+            influence: Derivative of the quantities by the current of each row, shape (k, r).
             noise_floor: That share.
-
-        Returns:
-            Shape (k,).
         """
-        floor = np.empty(len(self.V))
-        for joint in self.unknowns:
-            floor[self.of(joint)] = noise_floor * self.rms_current(joint)
-        return np.linalg.norm(influence * floor, axis=1)
+        return np.linalg.norm(influence * (noise_floor * self.of_joints(self.rms_current)), axis=1)
 
     def residual_share(self, joint: int) -> float:
         """Ratio of the norm of a joint's residual to that of its currents."""
@@ -82,11 +81,8 @@ class Rows:
 
     def runs(self) -> Iterator[slice]:
         """Slices of rows of one joint and one motion."""
-        key = np.flatnonzero(np.diff(self.joint) | np.diff(self.motion)) + 1
-        edges = [0, *key.tolist(), len(self.V)]
-        for start, stop in pairwise(edges):
-            if start < stop:
-                yield slice(start, stop)
+        changes = np.flatnonzero(np.diff(self.joint) | np.diff(self.motion)) + 1
+        return (slice(a, b) for a, b in pairwise([0, *changes.tolist(), len(self.V)]) if a < b)
 
 
 def time_blocks(motion: Indices, position: Indices, blocks: int = BLOCKS) -> Indices:
@@ -146,10 +142,7 @@ def _not_fitted_to(Q: Array, e: Array) -> Array:
 
 def classical(rows: Rows, influence: Array) -> Array:
     """Return the covariance for white residuals with one standard deviation per joint (eq. 20), shape (k, k)."""
-    sigma = np.empty(len(rows.V))
-    for joint in rows.unknowns:
-        sigma[rows.of(joint)] = rows.sigma(joint)
-    spread = influence * sigma
+    spread = influence * rows.of_joints(rows.sigma)
     return spread @ spread.T  # eq. 20: influence @ influence.T is (W^T W)^-1
 
 

@@ -7,7 +7,8 @@ A joint's current is linear in its base parameters, the payloads' and 1/g:
                                   [1 / g     ]
 
 Only the last column has a unit of torque. Each further payload adds its unknown parameters as columns and the torque of
-its known ones to the last column.
+its known ones to the last column. If the kinematics make that column zero, or its coefficient is too uncertain, the
+joint is refused, with the reason and the predicted standard deviation.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,15 +17,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.estimate import GainSolution
+from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
 from ident.estimation.intervals import Rows
-from ident.estimation.problem import Problem
+from ident.estimation.problem import NO_OPTIONS, NoOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
-from ident.model.structure import RANK_TOL, Structure, independent_columns
+from ident.model.structure import RANK_TOL, independent_columns
 from ident.numerics.least_squares import LeastSquares, least_squares
 from ident.payload.payload import KnownPayload
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
+
+NAME = "ls-2011"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,9 +64,15 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
     Returns:
         The system, None if the torque of the known parameters cannot be separated from that of the unknown ones.
     """
-    structure = problem.structure
-    unknown = [_unknown_columns(structure, joint, each) for each in known]
-    if not any(_own_torque(structure, joint, each, free) for each, free in zip(known, unknown, strict=True)):
+    probes = problem.structure.payload_probes[joint]
+    unknown = [independent_columns(probes, [np.flatnonzero(~each.mask)]) for each in known]
+
+    def own_torque(each: KnownPayload, free: Array) -> bool:
+        torque = probes[:, each.mask] @ each.chi[each.mask]
+        left = torque - free @ np.linalg.lstsq(free, torque)[0]
+        return bool(np.linalg.norm(left) > RANK_TOL * np.linalg.norm(probes) * np.linalg.norm(each.chi[each.mask]))
+
+    if not any(own_torque(each, probes[:, free]) for each, free in zip(known, unknown, strict=True)):
         return None
     rows = joint_rows(problem, joint)
     torque = sum(rows.W_L[k][:, each.mask] @ each.chi[each.mask] for k, each in enumerate(known))
@@ -71,20 +80,6 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
     size = np.sqrt(np.mean(rows.W**2, axis=0)) * np.array((rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")))
     friction = np.hstack((size, np.zeros((2, W.shape[1] - rows.W.shape[1]))))
     return GainSystem(joint=joint, rows=rows, W=W, friction=friction)
-
-
-def _unknown_columns(structure: Structure, joint: int, known: KnownPayload) -> Indices:
-    """Independent columns of a payload's unknown parameters on this joint."""
-    return independent_columns(structure.payload_probes[joint], [np.flatnonzero(~known.mask)])
-
-
-def _own_torque(structure: Structure, joint: int, known: KnownPayload, unknown: Indices) -> bool:
-    """Whether the torque of a payload's known parameters is outside the column space of the unknown ones."""
-    probes = structure.payload_probes[joint]
-    torque = probes[:, known.mask] @ known.chi[known.mask]
-    left = torque - probes[:, unknown] @ np.linalg.lstsq(probes[:, unknown], torque)[0]
-    scale = np.linalg.norm(probes) * np.linalg.norm(known.chi[known.mask])
-    return bool(np.linalg.norm(left) > RANK_TOL * scale)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,14 +106,10 @@ class JointFit:
         """Derivative of 1/g by the current of each of the joint's rows, shape (r,)."""
         return self.by_current[-1]
 
-    @property
-    def sensitivity(self) -> Array:
-        """Relative change of g per unit of each payload parameter, shape (payloads, 10)."""
-        return self.influence @ self.system.rows.W_L
-
     def stated(self, known: Sequence[KnownPayload]) -> Array:
         """Relative change of g per standard deviation of each specified payload value, shape (p,)."""
-        return np.concatenate([own @ each.spread for own, each in zip(self.sensitivity, known, strict=True)])
+        by_parameter = self.influence @ self.system.rows.W_L  # (payloads, 10)
+        return np.concatenate([own @ each.spread for own, each in zip(by_parameter, known, strict=True)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,19 +159,14 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
     solved = [fit for fit in fits if isinstance(fit, JointFit)]
     joints = [each.system.joint for each in solved]
     columns = Columns.of(problem.motions, joints)
-    r, k = len(columns.V), len(solved)
     rows = Rows(
-        V=columns.V,
-        residual=np.concatenate([np.zeros(0), *(each.fit.residual for each in solved)]),
-        joint=columns.joint,
-        motion=columns.motion,
-        position=columns.position,
-        row_period=problem.row_period,
-        unknowns={each.system.joint: each.system.W.shape[1] for each in solved},
-        weight=np.ones(r),
+        V=columns.V, residual=np.concatenate([np.zeros(0), *(each.fit.residual for each in solved)]),
+        joint=columns.joint, motion=columns.motion, position=columns.position,
+        unknowns={each.system.joint: each.system.W.shape[1] for each in solved}, weight=np.ones(len(columns.V)),
         explained=linalg.block_diag(*(each.fit.basis for each in solved)),
-    )
-    influence, friction_influence = np.zeros((k, r)), np.zeros((k, 2, r))
+    )  # fmt: skip
+    k = len(solved)
+    influence, friction_influence = np.zeros((k, len(rows.V))), np.zeros((k, 2, len(rows.V)))
     for which, each in enumerate(solved):
         own = rows.of(each.system.joint)
         influence[which, own] = each.influence
@@ -197,3 +183,15 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
         friction_influence=friction_influence,
         unsolved={fit.joint: fit.reason for fit in fits if isinstance(fit, NoFit)},
     )
+
+
+def joint_by_joint_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
+    """Estimate each joint's drive gain independently (paper, eq. 27), with all known parameters of a payload.
+
+    Raises:
+        NotIdentifiable: If no motion is bare, or none is loaded.
+    """
+    problem.check_difference()
+    known = [payload.known_part() for payload in problem.payloads]
+    fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
+    return judge_identifiability(NAME, problem, joint_by_joint(problem, fits, known))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.all_joints import GIVEN_STD, Sensitivity
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimate import GainEstimate
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import GainOptions
 from ident.estimation.setting import GivenGain
@@ -45,9 +45,6 @@ class KnownGains:
         """Check and freeze the arrays."""
         object.__setattr__(self, "value", readonly(self.value))
         object.__setattr__(self, "covariance", readonly(self.covariance))
-        self._check()
-
-    def _check(self) -> None:
         k, n = len(self.joints), len(self.names)
         if self.value.shape != (k,) or self.covariance.shape != (k, k):
             raise GainsError(
@@ -62,8 +59,8 @@ class KnownGains:
         variance = np.diag(self.covariance)
         if not np.isfinite(self.covariance).all() or (variance < 0.0).any():
             raise GainsError("gains: the covariance has a negative variance or is not finite")
-        std = np.sqrt(variance)
-        unit = self.covariance / np.where(std > 0.0, std, 1.0) / np.where(std > 0.0, std, 1.0)[:, None]
+        std = np.where(variance > 0.0, np.sqrt(variance), 1.0)
+        unit = self.covariance / np.outer(std, std)
         if np.abs(unit - unit.T).max(initial=0.0) > ROUNDING:
             raise GainsError("gains: the covariance is not symmetric")
         if k and float(np.linalg.eigvalsh(unit)[0]) < -k * ROUNDING:
@@ -100,35 +97,34 @@ def check_comparable(gains: KnownGains, other: KnownGains) -> None:
     Raises:
         GainsError: Naming the joint.
     """
-    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
-    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
-        if stated.get(joint, value) * value < 0.0:
+    for joint, value, stated in _in_both(gains, other):
+        if stated * value < 0.0:
             raise GainsError(
-                f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
-                "the same sign, that of torque over current"
+                f"gains to compare with: joint {joint + 1}: {stated:g}, but its gain is {value:.4g}; give both the "
+                "same sign, that of torque over current"
             )
     check_unit(gains, other, "gains to compare with")
 
 
 def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
-    """Check that two sets of gains of the same drives are in the same unit.
-
-    Args:
-        gains: The identified gains.
-        other: The other gains.
-        which: Name of the other gains in the message.
+    """Check that other gains of the same drives, named `which` in the message, are in the same unit.
 
     Raises:
         GainsError: Naming the joint.
     """
-    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
-    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
-        ratio = abs(stated.get(joint, value) / value)
+    for joint, value, stated in _in_both(gains, other):
+        ratio = abs(stated / value)
         if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
             raise GainsError(
-                f"{which}: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of {value:.4g}; check "
-                "the unit, N m or N per unit of the logged current"
+                f"{which}: joint {joint + 1}: {stated:g} is {ratio:.2g} times its gain of {value:.4g}; check the unit, "
+                "N m or N per unit of the logged current"
             )
+
+
+def _in_both(gains: KnownGains, other: KnownGains) -> list[tuple[int, float, float]]:
+    """Joints with a gain in both sets, from 0, and both gains."""
+    joints, at, there = np.intersect1d(gains.joints, other.joints, return_indices=True)
+    return list(zip(joints.tolist(), gains.value[at].tolist(), other.value[there].tolist(), strict=True))
 
 
 def same_joint(number: int, one: str, other: str) -> bool:
@@ -146,16 +142,10 @@ def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
     Raises:
         GainsError: If there is not one per joint, or one is zero or not finite.
     """
-    k = len(values)
-    gains = KnownGains(
-        names=arm.joint_names,
-        joints=np.arange(k, dtype=np.intp),
-        value=np.array(values, np.float64),
-        covariance=np.zeros((k, k)),
-    )
-    if k != arm.n:
-        raise GainsError(f"{k} gains, but robot {arm.name} has {arm.n} joints")
-    return gains
+    if len(values) != arm.n:
+        raise GainsError(f"{len(values)} gains, but robot {arm.name} has {arm.n} joints")
+    value, covariance = np.array(values, np.float64), np.zeros((arm.n, arm.n))
+    return KnownGains(names=arm.joint_names, joints=np.arange(arm.n), value=value, covariance=covariance)
 
 
 def estimated_gains(estimate: GainEstimate) -> KnownGains:
@@ -164,10 +154,7 @@ def estimated_gains(estimate: GainEstimate) -> KnownGains:
     Errors of specified payload values and of model assumptions are correlated between joints; the covariance includes
     them.
     """
-    solution = estimate.solution
-    given: dict[int, IdentifiedGain] = {
-        j: joint for j, joint in enumerate(estimate.joints) if isinstance(joint, IdentifiedGain)
-    }
+    solution, given = estimate.solution, estimate.identified
     at = np.array([np.flatnonzero(solution.joints == j)[0] for j in given], dtype=np.intp)
     value = np.array([gain.value for gain in given.values()])
     relative = np.outer(value, value) * estimate.covariance[np.ix_(at, at)]  # dg / g = -g d(1/g)

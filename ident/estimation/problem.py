@@ -38,6 +38,14 @@ class GainOptions:
             raise unknown_name("uncertainty", self.uncertainty, UNCERTAINTIES)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoOptions:
+    """Options of a method that has none of its own."""
+
+
+NO_OPTIONS = NoOptions()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedMotion:
     """One motion: its linear system and its payload.

@@ -228,7 +228,6 @@ def mass_alone(fitted: Fit, j: int, gain: float, known: KnownPayload) -> MassAlo
         joint=np.full(size, j, dtype=np.intp),
         motion=columns.motion[at],
         position=columns.position[at],
-        row_period=ready.problem.row_period,
         unknowns={j: float(np.sum(explained[:size] ** 2))},
         weight=weight,
         explained=explained[:size],

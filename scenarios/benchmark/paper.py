@@ -20,7 +20,7 @@ import pandas as pd
 
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
-from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import ObservedMotion, pair
 from ident.estimation.rows import Columns
 from ident.observation.observation import observe
@@ -94,7 +94,7 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     recordings = record([bare, heavy, light], streams, threads=1, advanced=stages.advance)
     stages.begin("identifying")
     unloaded, loaded, second = (observe(recording, setup.structure, table.observe) for recording in recordings)
-    gains = joint_by_joint_gains(pair(unloaded, loaded, first, table.gains), JointByJointOptions()).joints
+    gains = joint_by_joint_gains(pair(unloaded, loaded, first, table.gains)).joints
     n = len(gains)
     prior, found, std = np.ones(n), np.ones(n), np.zeros(n)  # a refused joint keeps its a-priori gain
     for j, joint in enumerate(gains[:IDENTIFIED]):

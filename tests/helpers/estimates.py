@@ -44,7 +44,7 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
     k = len(solved)
     rows = Rows(
         V=np.full(3 * k, 2.0), residual=np.full(3 * k, 0.1), joint=np.repeat(solved, 3),
-        motion=np.zeros(3 * k, dtype=np.intp), position=np.tile(np.arange(3), k), row_period=0.05,
+        motion=np.zeros(3 * k, dtype=np.intp), position=np.tile(np.arange(3), k),
         unknowns={int(j): 1 for j in solved}, weight=np.ones(3 * k), explained=np.zeros((3 * k, 0)),
     )  # fmt: skip
     inverse = np.array([1.0 / gain for gain in gains if gain is not None])

@@ -49,7 +49,7 @@ class Linear:
     def rows(self) -> Rows:
         return Rows(
             V=self.V, residual=self.left(self.every), joint=self.joint, motion=self.motion, position=self.position,
-            row_period=0.05, unknowns={int(j): 3.0 + k for k, j in enumerate(np.unique(self.joint))},
+            unknowns={int(j): 3.0 + k for k, j in enumerate(np.unique(self.joint))},
             weight=self.weight, explained=np.linalg.qr(self._whole)[0][: len(self.V)],
         )  # fmt: skip
 

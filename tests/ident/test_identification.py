@@ -10,9 +10,10 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, mounted, u
 from real_friction import Truth
 
 from ident.estimation.estimate import IdentifiedGain, joint_signs
-from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
+from ident.estimation.estimators import ESTIMATORS, plug_in
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.problem import GainOptions, Problem, pair
+from ident.estimation.joint_by_joint import joint_by_joint_gains
+from ident.estimation.problem import GainOptions, NoOptions, Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
@@ -109,19 +110,19 @@ def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monke
 
 def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch):
     ran = list[GainOptions]()
-    once = ls_2011.joint_by_joint_gains
+    once = joint_by_joint_gains
 
     def counted(problem, options):
         ran.append(problem.options)
         return once(problem, options)
 
-    monkeypatch.setitem(ESTIMATORS, "ls-2011", plug_in(counted, ls_2011.JointByJointOptions))
+    monkeypatch.setitem(ESTIMATORS, "ls-2011", plug_in(counted, NoOptions))
     logs = logs_of(Truth())
     asked = replace(LOOSE, uncertainty="jackknife")
     found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=asked).estimate
     assert len(ran) == 1
     observed = [observe(log, axes, ObserveOptions()) for log in logs]
-    direct = once(pair(*observed, BRICK, asked), ls_2011.JointByJointOptions())
+    direct = once(pair(*observed, BRICK, asked))
     assert found.joints == direct.joints
     assert found.options == asked
     with pytest.raises(OptionError, match="options are float"):

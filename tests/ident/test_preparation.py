@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.hypothesis import as_logged, read_as
-from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.observation.observation import ObserveOptions
 from ident.preparation import DOUBTED, REPORTED, SIMULATED, Prepared, examined, joined, prepare
 from ident.recordings.recording import Motion, Recording
@@ -27,7 +27,7 @@ def prepared(axes, bare: Recording, loaded: Recording, policy=DOUBTED) -> Prepar
 
 
 def gains(found: Prepared) -> np.ndarray:
-    return 1.0 / joint_by_joint_gains(found.problem, JointByJointOptions()).solution.inverse
+    return 1.0 / joint_by_joint_gains(found.problem).solution.inverse
 
 
 def with_v(log: Recording, v: np.ndarray) -> Recording:

@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from ident.estimation import joint_by_joint
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.estimators import iv, ls_2011, nls, sequential_2011
-from ident.estimation.problem import Problem
+from ident.estimation.estimators import iv, nls, sequential_2011
+from ident.estimation.problem import NoOptions, Problem
 from ident.support.errors import OptionError
 from ident.support.naming import nearest
 
@@ -38,10 +39,10 @@ def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[
 
 
 ESTIMATORS: dict[str, Estimator] = {
-    iv.NAME: plug_in(iv.instrumental_gains, iv.InstrumentOptions),
-    ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
+    iv.NAME: plug_in(iv.instrumental_gains, NoOptions),
+    joint_by_joint.NAME: plug_in(joint_by_joint.joint_by_joint_gains, NoOptions),
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
-    sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
+    sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, NoOptions),
 }
 """Summary of each:
 

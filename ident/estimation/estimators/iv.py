@@ -9,16 +9,16 @@ has no advantage; the noise of one of 1.5e-3 rad at 50 Hz is 180 times as dense.
 30 Hz, least squares have errors of 1.5 to 5 %, this method of 0 to 0.4 % (`docs/derivations.md`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, judge_identifiability
-from ident.estimation.joint_by_joint import GainSystem, JointFit, NoFit, gain_system, joint_by_joint, joint_fit
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.joint_by_joint import GainSystem, JointFit, gain_system, joint_by_joint, joint_fit
+from ident.estimation.problem import NO_OPTIONS, NoOptions, ObservedMotion, Problem
 from ident.model.parameters import STANDARD
-from ident.numerics.least_squares import LeastSquares
+from ident.numerics.least_squares import least_squares
 from ident.observation.observation import JointObservation, reduced
 from ident.observation.smooth_motion import reference
 from ident.support.arrays import Array
@@ -27,20 +27,8 @@ from ident.support.errors import NotIdentifiable
 NAME = "iv"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentOptions:
-    """The method has no options of its own."""
-
-
-def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEstimate:
-    """Estimate each joint's drive gain independently, with instruments.
-
-    Args:
-        problem: Motions from recordings, and payloads; all known parameters of a payload are used.
-        options: None yet.
-
-    Returns:
-        A gain or a reason for each joint.
+def instrumental_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
+    """Estimate each joint's drive gain independently, with instruments and all known parameters of a payload.
 
     Raises:
         NotIdentifiable: If no motion is bare, none is loaded, or one has no recording.
@@ -49,15 +37,12 @@ def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEsti
     along, kept = instruments(problem)
     known = [payload.known_part() for payload in problem.payloads]
 
-    def solved(joint: int) -> JointFit | NoFit:
-        def solver(system: GainSystem, rank_tol: float) -> JointFit:
-            aid = gain_system(along, joint, known)
-            assert aid is not None, "the kinematics decide, and they are the same"
-            return instrumental(system, aid.W, rank_tol)
+    def solver(system: GainSystem, rank_tol: float) -> JointFit:
+        aid = gain_system(along, system.joint, known)
+        assert aid is not None, "the kinematics decide, and they are the same"
+        return instrumental(system, aid.W, rank_tol)
 
-        return joint_fit(problem, joint, known, solver)
-
-    fits = [solved(joint) for joint in range(problem.structure.arm.n)]
+    fits = [joint_fit(problem, joint, known, solver) for joint in range(problem.structure.arm.n)]
     # A fit with a share of the coefficients retains the frequencies below that share of the cut-off. Position noise is
     # white; the spectrum of acceleration noise grows with the fourth power of frequency.
     remark = (
@@ -101,7 +86,7 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
     Args:
         system: V and W of a joint.
         Z: Instruments, one for each column of W, shape (r, b).
-        rank_tol: Smallest relative singular value of Z, and of Z^T W, that counts as nonzero.
+        rank_tol: Smallest relative singular value of W, Z and Z^T W that counts as nonzero.
 
     Returns:
         The solution; its residual is V - W x, its covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1.
@@ -110,32 +95,18 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
         NotIdentifiable: If there are not more rows than unknowns, or the instruments do not excite every one.
     """
     W, V = system.W, system.rows.V
-    r, b = W.shape
-    if r <= b:
-        raise NotIdentifiable.too_few_rows(r, b)
-    scale, aid = np.linalg.norm(W, axis=0), np.linalg.norm(Z, axis=0)
-    if not scale.all() or not aid.all():
-        column = int(np.argmin(np.minimum(scale, aid)))
+    plain, aid = (least_squares(each, V, rank_tol=rank_tol) for each in (W, Z))
+    scale = np.linalg.norm(W, axis=0)
+    through = aid.basis.T @ (W / scale)
+    singular = np.linalg.svd(through, compute_uv=False)
+    if singular[-1] < rank_tol * singular[0]:
         raise NotIdentifiable(
-            f"the motion does not excite every parameter: column {column} of the observation matrix is zero"
+            "the reference motion does not excite every parameter: relative singular value "
+            f"{singular[-1] / singular[0]:.1e} is below {rank_tol:.0e}"
         )
-    Q, R = linalg.qr(Z / aid, mode="economic", check_finite=False)
-    through = Q.T @ (W / scale)
-    for part in (R, through):
-        singular = np.linalg.svd(part, compute_uv=False)
-        if singular[-1] < rank_tol * singular[0]:
-            raise NotIdentifiable(
-                "the reference motion does not excite every parameter: relative singular value "
-                f"{singular[-1] / singular[0]:.1e} is below {rank_tol:.0e}"
-            )
-    by_current = linalg.solve(through, Q.T, check_finite=False) / scale[:, None]
+    by_current = linalg.solve(through, aid.basis.T, check_finite=False) / scale[:, None]
     x = by_current @ V
     residual = V - W @ x
-    fit = LeastSquares(
-        x=x,
-        cofactor=by_current @ by_current.T,
-        sigma=float(np.linalg.norm(residual) / np.sqrt(r - b)),
-        residual=residual,
-        basis=np.asarray(linalg.qr(W / scale, mode="economic", check_finite=False)[0], np.float64),
-    )
+    sigma = float(np.linalg.norm(residual) / np.sqrt(len(V) - len(x)))
+    fit = replace(plain, x=x, cofactor=by_current @ by_current.T, sigma=sigma, residual=residual)
     return JointFit(system, fit, by_current)

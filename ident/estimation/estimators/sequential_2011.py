@@ -10,20 +10,20 @@ the currents, so that the influence of a row on a later gain includes its influe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ident.estimation.estimate import FoundParameter, GainEstimate, IdentifiedGain, judge_identifiability
+from ident.estimation.estimate import FoundParameter, GainEstimate, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.joint_by_joint import JointFit, joint_by_joint, joint_fit
-from ident.estimation.problem import Problem
+from ident.estimation.problem import NO_OPTIONS, NoOptions, Problem
 from ident.estimation.rows import Columns
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights
 from ident.payload.payload import KnownPayload
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NotIdentifiable
 
 NAME = "sequential-2011"
@@ -31,34 +31,8 @@ MOMENTS = ("MX", "MY", "MZ")
 MOMENT_COLUMNS: Indices = np.array([INERTIAL.index(name) for name in MOMENTS])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FirstMoments:
-    """First moments of the payload, estimated with identified gains.
-
-    Attributes:
-        value: MX, MY, MZ at the origin of the last frame [kg m], 0 if not identifiable, shape (3,).
-        seen: Names of the identifiable ones.
-        influence: Derivative by the current of each row, directly and through the gains, shape (3, r).
-        joints: Joints of those rows, from 0, in ascending order.
-    """
-
-    value: Array
-    seen: tuple[str, ...]
-    influence: Array
-    joints: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SequentialOptions:
-    """The method of section III.B has no options of its own."""
-
-
-def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstimate:
-    """Estimate drive gains in sequence; only the payload's mass is used (paper, section III.B).
-
-    Args:
-        problem: Motions, one payload; only its mass and mass_std are used.
-        options: None yet.
+def sequential_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
+    """Estimate drive gains in sequence (paper, section III.B); of the payload, only mass and mass_std are used.
 
     Returns:
         A gain or a reason for each joint, and the identifiable first moments.
@@ -73,24 +47,21 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     mass = replace(payload, known="mass").known_part()
     fits = [joint_fit(problem, joint, [mass]) for joint in range(problem.structure.arm.n)]
     first = judge_identifiability(NAME, problem, joint_by_joint(problem, fits, [mass]))
-    found = [
-        fit
-        for fit, joint in zip(fits, first.joints, strict=True)
-        if isinstance(fit, JointFit) and isinstance(joint, IdentifiedGain)
-    ]
+    found = [fit for fit in fits if isinstance(fit, JointFit) and first.identifiable[fit.system.joint]]
     if not found:
         return first
-    moments = first_moments(problem, found, mass)
+    joints = [fit.system.joint for fit in found]
+    value, seen, by_current = first_moments(problem, found, mass)
     chi = mass.chi.copy()
-    chi[MOMENT_COLUMNS] = moments.value
+    chi[MOMENT_COLUMNS] = value
     known = KnownPayload(names=("M", *MOMENTS), chi=chi, spread=np.zeros((10, 1)))
-    both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
+    both = [fit if j in joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
     solution = joint_by_joint(problem, both, [known])
     rows, influence, friction = solution.rows, solution.influence.copy(), solution.friction_influence.copy()
     through = np.zeros((len(MOMENTS), len(rows.V)))
-    through[:, np.isin(rows.joint, moments.joints)] = moments.influence
+    through[:, np.isin(rows.joint, joints)] = by_current
     for k, each in enumerate(fit for fit in both if isinstance(fit, JointFit)):
-        if each.system.joint not in moments.joints:  # an error d of the moments changes the solution by -1/g W^+ W_L d
+        if each.system.joint not in joints:  # an error d of the moments changes the solution by -1/g W^+ W_L d
             own, W_L = rows.of(each.system.joint), each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
@@ -98,18 +69,22 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     of_mass = np.full((len(solution.joints), 1), weighed)
     solution = replace(solution, influence=influence, friction_influence=friction, payload=of_mass)
     residual = np.sqrt(np.diag(UNCERTAINTIES[problem.options.uncertainty](rows, through)))
-    values = zip(MOMENTS, moments.value.tolist(), np.hypot(residual, moments.value * weighed).tolist(), strict=True)
-    found_moments = [FoundParameter(name=name, value=x, std=std) for name, x, std in values if name in moments.seen]
-    return judge_identifiability(NAME, problem, solution, payload=tuple(found_moments))
+    std = np.hypot(residual, value * weighed)
+    moments = [FoundParameter(name=MOMENTS[k], value=float(value[k]), std=float(std[k])) for k in np.flatnonzero(seen)]
+    return judge_identifiability(NAME, problem, solution, payload=tuple(moments))
 
 
-def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayload) -> FirstMoments:
+def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayload) -> tuple[Array, Mask, Array]:
     """Estimate the payload's first moments from the joints whose gains are known (paper, eq. 25).
 
     Args:
         problem: Motions, one payload.
         found: Solutions of the joints whose gains the mass gives, in the order of the joints.
         mass: The mass, known.
+
+    Returns:
+        MX, MY, MZ at the origin of the last frame [kg m], 0 if not identifiable, shape (3,); whether each is, shape
+        (3,); derivative by the current of each row of those joints, directly and through the gains, shape (3, r).
     """
     joints = [fit.system.joint for fit in found]
     system = Columns.of(problem.motions, joints)
@@ -125,18 +100,12 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     Y = each_gain * system.V - system.W_L[0][:, mass.mask] @ mass.chi[mass.mask]
     weight = row_weights(W, Y, system.joint)
     fit = least_squares(W * weight[:, None], Y * weight, rank_tol=problem.options.rank_tol)
-    at = {int(column): len(arm) + k for k, column in enumerate(body)}
-    seen = [k for k, column in enumerate(MOMENT_COLUMNS) if int(column) in at]
-    chosen = [at[int(MOMENT_COLUMNS[k])] for k in seen]
+    seen = np.isin(MOMENT_COLUMNS, body)
+    chosen = len(arm) + np.searchsorted(body, MOMENT_COLUMNS[seen])
     P = fit.cofactor[chosen] @ (W * weight[:, None] ** 2).T  # moments = P @ Y, shape (seen, r)
     value, influence = np.zeros(len(MOMENTS)), np.zeros((len(MOMENTS), len(Y)))
     value[seen], influence[seen] = fit.x[chosen], P * each_gain
     for g, own in zip(gain, found, strict=True):  # dg = -g^2 d(1/g) also changes the left side
         rows = system.joint == own.system.joint
-        influence[np.ix_(seen, rows)] -= g**2 * np.outer(P[:, rows] @ system.V[rows], own.influence)
-    return FirstMoments(
-        value=value,
-        seen=tuple(MOMENTS[k] for k in seen),
-        influence=influence,
-        joints=tuple(joints),
-    )
+        influence[np.ix_(np.flatnonzero(seen), rows)] -= g**2 * np.outer(P[:, rows] @ system.V[rows], own.influence)
+    return value, seen, influence

@@ -1,16 +1,20 @@
 """Content of columns: clipped currents, copies, motion in place of a current, columns that stop."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
-from ident.diagnosis.channels import clipping, columns, frozen, stopped
+from ident.diagnosis.channels import columns, unmeasured
 from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.samples import SPOILING
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 
 OPTIONS = ObserveOptions()
+clipping, frozen, stopped = partial(unmeasured, "clipping"), partial(unmeasured, "frozen"), SPOILING["frozen"]
 
 
 @pytest.mark.parametrize(("row", "grade"), [(4, Severity.WRONG), (3, Severity.GOOD)])
@@ -73,12 +77,14 @@ def test_a_current_that_noise_never_takes_beyond_zero_has_no_sign(ur_log, rng, s
 
 
 @pytest.mark.parametrize("what", ["position", "speed", "acceleration"])
-def test_motion_in_place_of_a_current_is_named(ur_log, what):
-    rate = np.gradient(ur_log.q[:, 2], ur_log.t)
-    x = {"position": ur_log.q[:, 2], "speed": rate, "acceleration": np.gradient(rate, ur_log.t)}[what]
-    v = ur_log.v.copy()
+@pytest.mark.parametrize("finer", [1, 6])
+def test_motion_in_place_of_a_current_is_named(ur_log, what, finer):
+    t = np.linspace(ur_log.t[0], ur_log.t[-1], finer * (len(ur_log.t) - 1) + 1)
+    q, v = (make_interp_spline(ur_log.t, x)(t) for x in (ur_log.q, ur_log.v))
+    rate = np.gradient(q[:, 2], t)
+    x = {"position": q[:, 2], "speed": rate, "acceleration": np.gradient(rate, t)}[what]
     v[:, 2] = 4.0 - 7.0 * x
-    (found,) = columns(Recording(ur_log.t, ur_log.q, v), OPTIONS)
+    (found,) = columns(Recording(t, q, v), OPTIONS)
     severity = Severity.WEAK if what == "acceleration" else Severity.WRONG  # that may be an inertia's current
     assert (found.severity, found.joints) == (severity, (2,))
     assert f"v3 is the {what} of joint 3" in found.sentence

@@ -11,14 +11,14 @@ from real_friction import GAIN
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.joint_fits import (
-    backward_joints,
     excitation,
+    friction_sign,
     friction_z,
     opposed,
     predicted_rel_std,
-    white_friction_z,
 )
-from ident.estimation.estimate import FRICTION_Z
+from ident.estimation.estimate import FRICTION_Z, largest
+from ident.estimation.intervals import classical
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns
 
@@ -33,7 +33,7 @@ def rows_of(W: np.ndarray, V: np.ndarray) -> Columns:
     )  # fmt: skip
 
 
-PROBLEM = SimpleNamespace(row_period=0.05, options=GainOptions())
+PROBLEM = SimpleNamespace(options=GainOptions())
 
 
 @pytest.mark.parametrize(("dry", "viscous", "total"), [(0.9, 0.19, True), (-0.7, 0.21, False), (-0.5, -0.5, True)])
@@ -53,17 +53,17 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
     white = [part @ covariance @ part for part in parts]
     z = [float(part @ found / np.sqrt(max(pair))) for part, *pair in zip(parts, white, apart, strict=True)]
     assert (abs(z[0]) > 1.05 * abs(z[1])) == total
-    assert total or abs(z[1]) > 1.05 * abs(z[0])
-    np.testing.assert_allclose(friction_z(PROBLEM, 2), z[0] if total else z[1], rtol=1e-9)  # condition below 100
+    np.testing.assert_allclose(friction_z(PROBLEM, 2), z, rtol=1e-9)  # condition below 100
+    np.testing.assert_array_equal(largest(np.array(z)), z[0] if total else z[1])
     plain = [part @ found / np.sqrt(each) for part, each in zip(parts, white, strict=True)]
-    np.testing.assert_allclose(white_friction_z(PROBLEM, 2), plain, rtol=1e-9)
+    np.testing.assert_allclose(friction_z(PROBLEM, 2, classical), plain, rtol=1e-9)
 
 
 def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
     W, V = rng.normal(size=(5, 4)), rng.normal(size=5)
     for r, told in ((5, True), (4, False)):
         monkeypatch.setattr("ident.diagnosis.joint_fits.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r]))
-        assert (friction_z(PROBLEM, 2) is not None) == told
+        assert friction_z(PROBLEM, 2).any() == told
 
 
 def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_none(monkeypatch):
@@ -79,13 +79,16 @@ def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_
 
     def z(problem, joint):
         found = told[joint][problem.log]
-        return None if found is None else FRICTION_Z * found
+        return np.zeros(2) if found is None else FRICTION_Z * np.array([0.1, found])
+
+    def backward(about):
+        return [each.joints[0] for each in friction_sign(problems, about) if each.advice is not None]
 
     monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
     problems = [SimpleNamespace(log=k, structure=SimpleNamespace(arm=SimpleNamespace(n=7))) for k in (0, 1)]
-    assert backward_joints(problems, None) == (0, 1, 3)
+    assert backward(None) == [0, 1, 3]
     about = np.array([2.0, -3.0, 2.0, -4.0, 2.0, 2.0, -5.0])  # friction of a drive that is wired backwards is negative
-    assert backward_joints(problems, about) == (0, 6)
+    assert backward(about) == [0, 6]
 
 
 def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_the_rarer_sign(monkeypatch):
@@ -98,12 +101,11 @@ def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_
         5: (-2.0, -1.1, None),
     }
 
-    def z(problem, joint):
+    def z(problem, joint, uncertainty=None):
         found = told[joint][problem.motions[0]]
-        return None if found is None else FRICTION_Z * found
+        return np.zeros(2) if found is None else FRICTION_Z * np.array([found, -0.1])
 
     monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
-    monkeypatch.setattr("ident.diagnosis.joint_fits.white_friction_z", z)
     arm = SimpleNamespace(arm=SimpleNamespace(n=6, joint_names=tuple("abcdef")))
     assert opposed(Problem(arm, (0, 1, 2), GainOptions())) == [(0, 1), (1, 1), (3, 2), (4, 2)]
     assert opposed(Problem(arm, (1,), GainOptions())) == []

@@ -9,7 +9,7 @@ from known_logs import fourier
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.motion_quality import Warmth, acceleration_noise, noise, noise_std, temperature
-from ident.numerics.neighbours import quantum
+from ident.numerics.neighbours import median, quantum
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.description import LogDescription
@@ -23,10 +23,10 @@ def test_noise_is_that_which_was_added_whatever_moves_beneath(rng):
     t = np.arange(0.0, 20.0, 0.008)
     q = fourier(rng, np.array([0.3, -1.1]))(t)[0]
     sigma = np.array([3e-3, 7e-3])
-    found = noise_std(q + sigma * rng.normal(size=q.shape))
+    found = noise_std((q + sigma * rng.normal(size=q.shape)).T)
     # a median of 2500 correlated sizes: some 3 % of itself
     np.testing.assert_allclose(found, sigma, rtol=0.12)
-    assert (noise_std(np.zeros((4, 2))) == 0.0).all()
+    assert (noise_std(np.zeros((2, 4))) == 0.0).all()
 
 
 def test_the_quantum_is_the_step_of_an_encoder_and_none_where_noise_is_finer(rng):
@@ -154,3 +154,9 @@ def test_temperatures_are_read_by_their_columns_in_the_order_of_joints(tmp_path,
     for ending in ("csv", "parquet"):
         write_recording(log(), plain := tmp_path / f"plain.{ending}")
         assert read_temperatures(plain, LogDescription(), 2) is None
+
+
+@pytest.mark.parametrize("samples", [1, 2, 7, 12])
+def test_the_median_of_each_row_is_that_of_numpy(rng, samples):
+    x = np.round(rng.normal(size=(3, samples)), 1)  # with ties
+    np.testing.assert_array_equal(median(x), np.median(x, axis=1))

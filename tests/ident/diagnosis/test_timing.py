@@ -192,7 +192,7 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
 def test_the_speed_beside_a_step_is_the_median_of_those_to_either_side(rng, steps):
     rate = np.round(rng.normal(size=(steps, 2)), 1)  # with ties
     padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
-    for k, found in enumerate(speed_beside(rate)):
+    for k, found in enumerate(speed_beside(rate.T).T):
         near = np.delete(padded[k : k + 2 * APART + 1], APART, axis=0)
         np.testing.assert_array_equal(found, np.median(near, axis=0))
 

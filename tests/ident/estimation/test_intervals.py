@@ -10,7 +10,7 @@ from linear_solutions import Linear
 from scipy import linalg
 
 from ident.estimation.cross_validation import cross_validated
-from ident.estimation.estimate import RefusedGain, predicted_rel_std
+from ident.estimation.estimate import RefusedGain, uncertain
 from ident.estimation.intervals import (
     UNCERTAINTIES,
     Rows,
@@ -19,6 +19,7 @@ from ident.estimation.intervals import (
     left_out,
     max_of_classical_and_jackknife,
 )
+from ident.estimation.problem import GainOptions
 
 UNKNOWNS = 7
 MOTIONS = (900, (100, 60))
@@ -104,7 +105,6 @@ def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
             joint=np.zeros(rows, dtype=np.intp),
             motion=np.zeros(rows, dtype=np.intp),
             position=np.arange(rows),
-            row_period=0.05,
             unknowns={0: 12.0},
             weight=np.ones(rows),
             explained=Q,
@@ -124,7 +124,7 @@ def test_what_no_column_explains_is_left_as_it_is(linear):
 
 def test_of_no_gain_there_is_no_covariance():
     none = np.zeros(0, dtype=int)
-    rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, row_period=0.05, unknowns={},
+    rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, unknowns={},
         weight=none, explained=np.zeros((0, 0)))  # fmt: skip
     assert jackknife(rows, np.zeros((0, 0))).shape == (0, 0)
 
@@ -139,7 +139,7 @@ def test_a_block_with_exactly_as_many_rows_as_unknowns_of_its_own_is_no_error():
     residual = np.where(np.arange(r) < 2, 0.0, np.random.default_rng(1).normal(size=r))
     residual[2:] -= residual[2:].mean()
     rows = Rows(
-        V=residual, residual=residual, joint=zero, motion=zero, position=np.arange(r), row_period=0.05,
+        V=residual, residual=residual, joint=zero, motion=zero, position=np.arange(r),
         unknowns={0: 3.0}, weight=np.ones(r), explained=explained,
     )  # fmt: skip
     first, *others = left_out(rows)
@@ -185,12 +185,14 @@ def test_classical_covariance_gives_each_joint_s_rows_its_own_deviation(rows, in
     np.testing.assert_allclose(UNCERTAINTIES["classical"](rows, influence), expected, rtol=1e-13)
 
 
-def test_a_prediction_never_assumes_less_than_the_noise_floor(rows, influence):
-    inverse, covariance = np.array([0.5, -2.0, 4.0]), np.diag([1e-6, 400.0, 1e-6])
-    found = predicted_rel_std(rows, influence, inverse, covariance, 0.05)
+def test_a_prediction_never_assumes_less_than_the_noise_floor(rows, influence, monkeypatch):
+    covariance = np.diag([1e-6, 400.0, 1e-6])
+    monkeypatch.setitem(UNCERTAINTIES, "jackknife", lambda rows, influence: covariance)
+    same, found = uncertain(rows, influence, GainOptions(noise_floor=0.05, uncertainty="jackknife"))
+    assert same is covariance
     rms = np.where(rows.joint == 0, rows.rms_current(0), rows.rms_current(2))
     least = np.sqrt(np.sum((influence * 0.05 * rms) ** 2, axis=1))
-    np.testing.assert_allclose(found, [least[0] / 0.5, 20.0 / 2.0, least[2] / 4.0], rtol=1e-13)
+    np.testing.assert_allclose(found, [least[0], 20.0, least[2]], rtol=1e-13)
 
 
 @pytest.mark.parametrize("name", UNCERTAINTIES)

@@ -15,7 +15,7 @@ from printed import printed
 from quick import quick_scenario
 
 import rx90_mjcf
-from ident.diagnosis.timing import SLOW, slowest_hz
+from ident.diagnosis.timing import slowest_hz
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import read_payload
@@ -84,7 +84,7 @@ def test_motions_weights_and_rates_are_those_of_the_scenario(page):
     guide = " ".join((ROOT / "docs" / "how-to" / "record.md").read_text().split())
     assert SETTINGS in page
     assert SETTINGS in guide
-    assert f"Log at {SLOW:g} Hz or more" in guide
+    assert f"Log at {slowest_hz(ObserveOptions()):g} Hz or more" in guide
 
 
 def test_commands_on_the_page_name_files_flange_and_couplings(page, tmp_path):

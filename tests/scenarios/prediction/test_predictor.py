@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from quick import QUIET, SENSORS, quick_scenario
 
-from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.observation.observation import observe
 from ident.recordings.recording import Recording
@@ -81,7 +81,7 @@ def inverse_gains(setup, recordings) -> np.ndarray:
         for each, payload in zip(recordings, setup.mounted, strict=True)
     ]
     problem = Problem(setup.structure, tuple(motions), table.gains)
-    return joint_by_joint_gains(problem, JointByJointOptions()).solution.inverse
+    return joint_by_joint_gains(problem).solution.inverse
 
 
 def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):

@@ -18,7 +18,8 @@ determines.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -68,14 +69,7 @@ def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
             f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
             severity=Severity.WRONG, joints=(j,),
         )  # fmt: skip
-    for j, gain in found.items():
-        if gain < 0.0:
-            yield finding(
-                None, "negative gain",
-                f"joint {j + 1}: the gain is negative; v{j + 1} and q{j + 1} have opposite signs in every log",
-                f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}",
-                joints=(j,), value=gain, unit="N m/unit",
-            )  # fmt: skip
+    yield from negative(found)
     for j, gain in found.items():
         others = [abs(each) for k, each in found.items() if k != j]
         ratio = abs(gain) / float(np.median(others)) if others else 1.0
@@ -89,6 +83,15 @@ def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
             sentence = f"joint {j + 1}: {percent:.0f} % of the current is not explained by the model"
             advice = "check that the model is of this robot, with its couplings, friction and base"
             yield finding(None, "residual", sentence, advice, joints=(j,), value=percent, unit="%")
+
+
+def negative(gains: Mapping[int, float]) -> Iterator[Diagnosis]:
+    """Return the diagnoses of negative gains, by joint from 0."""
+    for j, gain in gains.items():
+        if gain < 0.0:
+            sentence = f"joint {j + 1}: the gain is negative; v{j + 1} and q{j + 1} have opposite signs in every log"
+            advice = f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}"
+            yield finding(None, "negative gain", sentence, advice, joints=(j,), value=gain, unit="N m/unit")
 
 
 def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
@@ -141,15 +144,8 @@ ALIKE = 1e-6
 """Relative difference below which masses are equal, as of a placeholder."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LinkWeight:
-    """Ratio of a joint's bare torque, by its gain, to that of the links of the model.
-
-    Attributes:
-        joint: The joint, from 0.
-        factor: k.
-        share: Share that the links explain of the squared torque not explained by motor and friction.
-    """
+class LinkWeight(NamedTuple):
+    """k of a joint, from 0, and the share that the links explain of the squared torque beside motor and friction."""
 
     joint: int
     factor: float
@@ -167,10 +163,7 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
     Returns:
         The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
-    mass = links[:, INERTIAL.index("M")]
-    if np.ptp(mass) <= ALIKE * float(np.abs(mass).max()):
-        return None
-    found = judged(link_weights(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links))
+    found = link_mass_factor(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links)
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
         return found
     masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
@@ -201,6 +194,13 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
         "check the payload's mass, and the masses of the model" if off else None,
         joints=joints, value=median, unit="times",
     )  # fmt: skip
+
+
+def link_mass_factor(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> Diagnosis | None:
+    """Return the diagnosis of gains, by joint from 0, on bare motions; None if masses are placeholders."""
+    mass = links[:, INERTIAL.index("M")]
+    alike = bool(np.ptp(mass) <= ALIKE * float(np.abs(mass).max()))
+    return None if alike else judged(link_weights(motions, gains, links))
 
 
 def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> tuple[LinkWeight, ...]:

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.numerics.neighbours import long_runs, running_median
+from ident.numerics.neighbours import long_runs, median, running_median
 from ident.recordings.description import ISO, TIME
 from ident.recordings.recording import LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask, once_per_object
@@ -140,7 +140,7 @@ def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
             )
             later.append(LogFault(j, sentence, REPAIR))
 
-    for j, q in enumerate(recording.q.T):
+    for j, q in enumerate(np.ascontiguousarray(recording.q.T)):
         add_many("q", j, q, *_many_spikes(q, fastest))
         jumped, step = jumps(recording, j), np.diff(q)
         if not jumped.any():
@@ -152,9 +152,10 @@ def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
             if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
                 ending, advice = f"a turn of {name}: the angles are wrapped", f"unwrap them with {repair}"
         found.append(LogFault(j, f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next, {ending}", advice))
-    of_v = [_many_spikes(v, float("inf")) for v in recording.v.T]
+    currents = np.ascontiguousarray(recording.v.T)
+    of_v = [_many_spikes(v, float("inf")) for v in currents]
     answered = _answered([mask for mask, _ in of_v], recording.q)
-    for j, v in enumerate(recording.v.T):
+    for j, v in enumerate(currents):
         if not answered[j]:
             add_many("v", j, v, *of_v[j])
         rows = np.flatnonzero(_few_spikes(v))
@@ -172,7 +173,7 @@ def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
 
 def _few_spikes(v: Array) -> Mask:
     """Return a mask of short outliers of a current, none if they are quanta of a coarse channel."""
-    away = np.abs(v - np.median(v))
+    away = np.abs(v - median(v))
     if np.count_nonzero(away > float(away.max()) / UNUSUAL) > (1.0 - SHARE) * len(v) + 2.0:
         return np.zeros(len(v), dtype=np.bool_)  # the quantile is larger
     far = away > UNUSUAL * float(np.quantile(away, SHARE))
@@ -191,7 +192,7 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
         return none, x
     near = running_median(x, NEAR)
     away = np.abs(x - near)
-    odd = away > UNUSUAL * np.median(away)
+    odd = away > UNUSUAL * median(away)
     if int(odd.sum()) <= MANY * len(x):
         return none, near
     low, high = np.quantile(x, MIDDLE)
@@ -211,12 +212,15 @@ def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
     """
     answers, log_chance = list[bool](), 0.0
     for mask, position in zip(spikes, q.T, strict=True):
+        if not mask.any():
+            answers.append(True)
+            continue
         follow = np.zeros(len(q), dtype=np.bool_)
         stepped = np.flatnonzero(np.diff(position) != 0.0) + 1
         for later in range(NEAR + 1):
             follow[np.minimum(stepped + later, len(q) - 1)] = True
         answers.append(bool(follow[mask].all()))
-        if mask.any() and answers[-1]:
+        if answers[-1]:
             log_chance += int(mask.sum()) * float(np.log(follow.mean()))
     return [each and log_chance < float(np.log(CHANCE)) for each in answers]
 
@@ -259,7 +263,7 @@ class Intervals(NamedTuple):
 def intervals_of(t: Array) -> Intervals:
     """Return the intervals of sample times [s], shape (N,)."""
     intervals = np.diff(t)
-    usual = float(np.median(intervals))
+    usual = float(median(intervals))
     periods = intervals / usual
     missing = supposed = np.where(periods > LOST, np.rint(periods - 1.0), 0.0)
     if supposed.any():

@@ -214,36 +214,27 @@ def judge_identifiability(
     shares = [np.linalg.norm(each, axis=1) for each in (solution.payload, solution.model)]
     # std(g) / g = std(1/g) / (1/g); refusals use the total standard deviation
     predicted = np.linalg.norm([std / np.abs(solution.inverse), *shares], axis=0)
-    joints: dict[int, JointResult] = {
-        j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
-        for j, reason in solution.unsolved.items()
-    }
-    for k, j in enumerate(solution.joints.tolist()):
-        name, expected = problem.joint_name(j), float(predicted[k])
+    names, joints = problem.structure.arm.joint_names, dict[int, JointResult]()
+    for j, reason in solution.unsolved.items():
+        joints[j] = RefusedGain(joint=names[j], reason=reason, predicted_rel_std=None)
+    for k, (j, expected) in enumerate(zip(solution.joints.tolist(), predicted.tolist(), strict=True)):
         if expected > options.max_rel_std:
             load, unit = float(solution.load_rms[k]), "N m" if problem.structure.arm.revolute[j] else "N"
             why = f"the payload puts {load:.3g} {unit} rms on this joint" if load else "no payload loads this joint"
             most = f"exceeds {_percent(options.max_rel_std)}"
             reason = f"predicted standard deviation {_percent(expected)} of the gain {most}; {why}"
-            joints[j] = RefusedGain(joint=name, reason=reason, predicted_rel_std=expected)
+            joints[j] = RefusedGain(joint=names[j], reason=reason, predicted_rel_std=expected)
         else:
             gain = 1.0 / float(solution.inverse[k])
             joints[j] = IdentifiedGain(
-                joint=name,
-                value=gain,
+                joint=names[j], value=gain,
                 residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
-                payload_rel_std=float(shares[0][k]),
-                model_rel_std=float(shares[1][k]),
-                predicted_rel_std=expected,
-            )
+                payload_rel_std=float(shares[0][k]), model_rel_std=float(shares[1][k]), predicted_rel_std=expected,
+            )  # fmt: skip
     return GainEstimate(
-        method=method,
-        joints=tuple(joints[j] for j in sorted(joints)),
-        solution=solution,
-        covariance=covariance,
-        options=options,
-        payload=payload,
-    )
+        method=method, joints=tuple(joints[j] for j in sorted(joints)), solution=solution, covariance=covariance,
+        options=options, payload=payload,
+    )  # fmt: skip
 
 
 def uncertain(rows: Rows, influence: Array, options: GainOptions) -> tuple[Array, Array]:

@@ -67,13 +67,7 @@ def mounted(motions: Sequence[ObservedMotion]) -> tuple[Payload, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Motions of one arm, bare and loaded, from which gains are identified.
-
-    Attributes:
-        structure: Identifiable structure of the arm.
-        motions: One or more, bare and loaded in any order.
-        options: When a gain counts as identifiable, and how its uncertainty is estimated.
-    """
+    """One or more motions of one arm, bare and loaded in any order, from which gains are identified."""
 
     structure: Structure
     motions: tuple[ObservedMotion, ...]
@@ -85,9 +79,10 @@ class Problem:
         Raises:
             NotIdentifiable: If no motion is bare, or none is loaded.
         """
-        if all(motion.payload is None for motion in self.motions):
+        bare = [motion.payload is None for motion in self.motions]
+        if all(bare):
             raise NotIdentifiable("no motion carries a payload; without one the gains are known up to a common factor")
-        if all(motion.payload is not None for motion in self.motions):
+        if not any(bare):
             raise NotIdentifiable("no motion is bare; record one without payload")
 
     @property
@@ -99,10 +94,6 @@ class Problem:
     def row_period(self) -> float:
         """Time from one row to the next [s]."""
         return self.motions[0].observation.joints[0].row_period
-
-    def joint_name(self, joint: int) -> str:
-        """Name of a joint, from 0."""
-        return self.structure.arm.joint_names[joint]
 
 
 def pair(unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions) -> Problem:

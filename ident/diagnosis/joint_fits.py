@@ -57,11 +57,9 @@ def friction_z(
 
 
 def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
-    """Return the diagnosis of joints that friction significantly drives in some log and brakes in none.
+    """Return the diagnosis of joints that friction significantly drives in some problem of one motion, brakes in none.
 
-    Args:
-        problems: One motion each, of one arm.
-        about: Gains with the expected signs, shape (n,); positive if None.
+    Expected signs are those of the gains `about`, shape (n,), positive if None.
     """
     n, found = problems[0].structure.arm.n, list[Diagnosis]()
     for j, sign in enumerate(np.ones(n) if about is None else np.sign(about)):

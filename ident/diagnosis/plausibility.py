@@ -26,11 +26,7 @@ LARGE_RESIDUAL = 0.15
 
 
 def check_joints(arm: Arm, recording: Recording) -> None:
-    """Refuse a recording with another number of joints than the arm.
-
-    Raises:
-        RecordingError: If the numbers differ.
-    """
+    """Refuse a recording with another number of joints than the arm, by `RecordingError`."""
     if recording.n != arm.n:
         raise RecordingError(
             f"{recording.name}: {recording.n} joints, but robot {arm.name} has {arm.n}; check the model or the columns"
@@ -39,11 +35,7 @@ def check_joints(arm: Arm, recording: Recording) -> None:
 
 
 def check_positions(arm: Arm, recording: Recording) -> None:
-    """Refuse positions beyond the limits of the arm, and report if they look like degrees.
-
-    Raises:
-        RecordingError: Naming the joint.
-    """
+    """Refuse positions beyond the limits of the arm, by `RecordingError`, and report if they look like degrees."""
     check_joints(arm, recording)
     for j in np.flatnonzero(arm.revolute).tolist():
         lower, upper = max(arm.lower[j], -4.0 * np.pi), min(arm.upper[j], 4.0 * np.pi)
@@ -59,11 +51,7 @@ def check_positions(arm: Arm, recording: Recording) -> None:
 
 
 def check_different(recordings: Sequence[Recording]) -> None:
-    """Refuse a recording that is given for two motions, fully or partly: its rows would count twice.
-
-    Raises:
-        NotIdentifiable: If two hold the same samples.
-    """
+    """Refuse, by `NotIdentifiable`, two recordings with the same samples, even in part: they would count twice."""
     for first, second in combinations(recordings, 2):
         if share_samples(first, second):
             raise NotIdentifiable(
@@ -72,11 +60,7 @@ def check_different(recordings: Sequence[Recording]) -> None:
 
 
 def check_payloads(motions: Sequence[Motion]) -> None:
-    """Refuse motions that all carry the same payload: nothing tells it from the last link.
-
-    Raises:
-        NotIdentifiable: Naming logs and payload.
-    """
+    """Refuse, by `NotIdentifiable`, motions that all carry one payload: nothing tells it from the last link."""
     payloads = [each.payload for each in motions]
     if payloads[0] is None or any(each != payloads[0] for each in payloads):
         return
@@ -89,16 +73,11 @@ def check_payloads(motions: Sequence[Motion]) -> None:
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse an estimate without a load, without gains, or with a negative load (swapped files).
-
-    It must be applied to the estimate that is reported: a load may be insignificant with another method.
+    """Refuse, by `NotIdentifiable`, an estimate without a load, without gains, or with a negative load (swapped files).
 
     Args:
-        estimate: The estimate.
+        estimate: The one that is reported: a load may be insignificant with another method.
         bare: Whether a motion has a bare flange.
-
-    Raises:
-        NotIdentifiable: With the reason.
     """
     load_z = joint_signs(estimate).load_z
     if len(load_z) and not (np.abs(load_z) > LOAD_Z).any():
@@ -135,13 +114,9 @@ def swapped(estimate: GainEstimate) -> bool:
 
 
 def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
-    """Return a warning for every joint with a large prediction error.
+    """Return a warning for every joint with a large prediction error, relative to the currents, by joint from 0.
 
-    Good recordings have errors below 10 %: at most 9.0 % with the noise of the paper, 6.9 % for real ones with a valid
-    model.
-
-    Args:
-        shares: Ratio of the norm of the prediction error to that of the currents, by joint from 0.
+    Good recordings have at most 9.0 % with the noise of the paper, 6.9 % for real ones with a valid model.
     """
     return tuple(
         f"joint {joint + 1}: the current is predicted with an error of {100.0 * share:.0f} % (good recordings: "

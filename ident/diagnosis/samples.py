@@ -47,16 +47,7 @@ SPOILING: dict[str, Callable[[Recording], Mask]] = {
 def repaired(
     recording: Recording, arm: Arm, observing: ObserveOptions
 ) -> tuple[tuple[Recording, ...], tuple[Diagnosis, ...]]:
-    """Apply all repairs.
-
-    Args:
-        recording: The recording as logged.
-        arm: The arm with its limits.
-        observing: Filters, which determine the shortest usable part.
-
-    Returns:
-        The recording, or its parts, and the diagnoses of the repairs.
-    """
+    """Return the repaired recording, or its parts that the filters can use, and the diagnoses of the repairs."""
     recording, turns = unwrapped(recording)
     recording, stamps = restored(recording)
     recording, limits = turned_back(recording, arm)
@@ -100,12 +91,7 @@ def turned_back(recording: Recording, arm: Arm) -> tuple[Recording, Diagnosis | 
 def split_at_gaps(
     recording: Recording, observing: ObserveOptions | None = None
 ) -> tuple[tuple[Recording, ...], Diagnosis | None]:
-    """Split a recording at gaps that are too long to interpolate; parts that are too short for the filters are omitted.
-
-    Args:
-        recording: A recording with correct time stamps.
-        observing: The filters, or None for the default ones.
-    """
+    """Split a recording at gaps that are too long to interpolate, without parts that are too short for the filters."""
     observing = observing or ObserveOptions()
     pieces = tuple(
         Recording(recording.t[part], recording.q[part], recording.v[part], f"{recording.name}, part {k}")

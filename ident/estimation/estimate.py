@@ -56,13 +56,7 @@ class IdentifiedGain:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RefusedGain:
-    """A joint whose gain the data do not determine.
-
-    Attributes:
-        joint: Name of the joint.
-        reason: Why.
-        predicted_rel_std: Predicted relative standard deviation of its gain, None if it cannot be predicted.
-    """
+    """A joint, by name, whose gain the data do not determine; predicted relative deviation, None if not predictable."""
 
     joint: str
     reason: str
@@ -201,14 +195,7 @@ class GainEstimate:
 def judge_identifiability(
     method: str, problem: Problem, solution: GainSolution, *, payload: tuple[FoundParameter, ...] = ()
 ) -> GainEstimate:
-    """Judge a solution joint by joint.
-
-    Args:
-        method: Name of the method.
-        problem: The problem that it solved.
-        solution: Its solution.
-        payload: Payload parameters that it estimated with the gains.
-    """
+    """Judge the solution of a problem by a method joint by joint, with payload parameters that it also estimated."""
     options = problem.options
     covariance, std = uncertain(solution.rows, solution.influence, options)
     shares = [np.linalg.norm(each, axis=1) for each in (solution.payload, solution.model)]

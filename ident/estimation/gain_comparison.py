@@ -162,14 +162,7 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CommonScale:
-    """A change common to some joints: s = w^T x.
-
-    Attributes:
-        value: s.
-        std: Its standard deviation.
-        weights: w, shape (k,).
-        rest: A test of the rest of x.
-    """
+    """A change common to k joints, s = w^T x: s, its standard deviation, w (k,), and a test of the rest of x."""
 
     value: float
     std: float

@@ -92,11 +92,7 @@ class KnownGains:
 
 
 def check_comparable(gains: KnownGains, other: KnownGains) -> None:
-    """Check that other gains can be those of the same drives: of the same sign and in the same unit.
-
-    Raises:
-        GainsError: Naming the joint.
-    """
+    """Refuse, by `GainsError`, gains that are not those of the same drives: of another sign or in another unit."""
     for joint, value, stated in _in_both(gains, other):
         if stated * value < 0.0:
             raise GainsError(
@@ -107,11 +103,7 @@ def check_comparable(gains: KnownGains, other: KnownGains) -> None:
 
 
 def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
-    """Check that other gains of the same drives, named `which` in the message, are in the same unit.
-
-    Raises:
-        GainsError: Naming the joint.
-    """
+    """Refuse, by `GainsError`, gains of the same drives, `which` in the message, that are in another unit."""
     for joint, value, stated in _in_both(gains, other):
         ratio = abs(stated / value)
         if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
@@ -133,11 +125,7 @@ def same_joint(number: int, one: str, other: str) -> bool:
 
 
 def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
-    """Return data-sheet gains, taken as exact.
-
-    Args:
-        arm: The arm.
-        values: Gains of all its joints [N m / drive unit], shape (n,).
+    """Return data-sheet gains of all joints of an arm [N m / drive unit], shape (n,), taken as exact.
 
     Raises:
         GainsError: If there is not one per joint, or one is zero or not finite.

@@ -60,7 +60,7 @@ def test_the_columns_span_what_a_log_of_its_own_friction_and_any_payload_may_hol
 
 
 def test_nothing_that_is_stated_of_a_payload_enters(axes, sound, fit):
-    wrong = replace(BRICK, mass=0.1, com=(0.5, -0.5, 0.5), known="mass")
+    wrong = replace(BRICK, mass=40.0, com=(0.3, -0.3, 0.3), known="mass")
     other = doubted(axes, sound.recordings, (None, wrong))
     np.testing.assert_array_equal(other.model.fits.score.squares, sound.model.fits.score.squares)
     np.testing.assert_array_equal(reference(other.problem).fitted.theta, fit.fitted.theta)

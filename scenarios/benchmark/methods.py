@@ -5,7 +5,7 @@
     exec: COMMAND              is given the problem's folder as its last argument
 
 A process prints the gains as the JSON object of `rx90 identify --json`; methods in Python are run by this module as a
-program. A call without a valid answer has a `MethodError`, which is counted.
+program. A call without a valid answer has a `CountedError`, which is counted.
 """
 
 import hashlib
@@ -42,7 +42,7 @@ from ident.support.naming import nearest, one_line, shown
 from ident.support.options import options_from_table, options_from_words, table_from_words
 from scenarios.results.gains import Result
 from scenarios.results.problem_folder import GivenProblem, read_problem
-from scenarios.support.errors import MethodError, ScenarioError
+from scenarios.support.errors import CountedError, ScenarioError
 from scenarios.support.versions import PACKAGES
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Limits:
 class Call(NamedTuple):
     """Outcome of a call, one answer per joint or the error, and its wall time with the start of the program [s]."""
 
-    outcome: "tuple[Claim, ...] | MethodError"
+    outcome: "tuple[Claim, ...] | CountedError"
     seconds: float
 
 
@@ -182,7 +182,7 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
             _run((*method.words, str(folder.absolute())), out, err, limits)
             out.seek(0)
             outcome = read_answer(out.read(), joints)
-        except MethodError as error:
+        except CountedError as error:
             outcome = error
     return Call(outcome=outcome, seconds=time.perf_counter() - started)
 
@@ -191,7 +191,7 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
     """Run a program in a new session, which is ended with it; the system enforces limits, which children inherit.
 
     Raises:
-        MethodError: If it cannot be started, does not end in time, prints too much, or fails.
+        CountedError: If it cannot be started, does not end in time, prints too much, or fails.
     """
     environment = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     environment["PYTHONWARNINGS"] = "ignore"
@@ -200,7 +200,7 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
             words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment
         )
     except OSError as error:
-        raise MethodError("MethodNotStarted", f"{one_line(words[0])}: {error.strerror}") from error
+        raise CountedError("MethodNotStarted", f"{one_line(words[0])}: {error.strerror}") from error
     try:
         if sys.platform == "linux":
             import resource
@@ -210,24 +210,24 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
                     resource.prlimit(process.pid, limit, (int(value), int(value)))
         status = process.wait(limits.time_s)
     except subprocess.TimeoutExpired:
-        raise MethodError("MethodTimedOut", f"no answer after {limits.time_s:g} s") from None
+        raise CountedError("MethodTimedOut", f"no answer after {limits.time_s:g} s") from None
     finally:
         with suppress(ProcessLookupError, PermissionError):  # no process is left
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
     if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
-        raise MethodError("NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object")
+        raise CountedError("NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object")
     if not status:
         return
     err.seek(max(0, err.seek(0, os.SEEK_END) - TAIL))
     said = err.read().decode("utf-8", "replace").strip()
     last = one_line(said.splitlines()[-1]) if said else "it printed no message"
     if "MemoryError" in last or "bad_alloc" in said or "annot allocate memory" in last:
-        raise MethodError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
+        raise CountedError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
     if status > 0:
-        raise MethodError("MethodCrashed", f"exit status {status}: {last}")
+        raise CountedError("MethodCrashed", f"exit status {status}: {last}")
     name = signal.Signals(-status).name if -status in set(signal.Signals) else f"signal {-status}"
-    raise MethodError("MethodCrashed", f"ended by {name}: {last}")
+    raise CountedError("MethodCrashed", f"ended by {name}: {last}")
 
 
 class AnswerGain(BaseModel):
@@ -254,7 +254,7 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
     """Return one answer per joint.
 
     Raises:
-        MethodError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
+        CountedError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
             missing or of a wrong type (`WrongForm`); if the joints are not those of the arm, in order (`WrongJoints`);
             if the entry of a joint is contradictory or impossible (`ImpossibleGain`).
     """
@@ -264,21 +264,21 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
         text = output.decode("utf-8").strip()
         found: object = json.loads(text, parse_constant=_not_finite) if text else None
     except UnicodeDecodeError as error:
-        raise MethodError("NoAnswer", "its output is not UTF-8 text") from error
+        raise CountedError("NoAnswer", "its output is not UTF-8 text") from error
     except (json.JSONDecodeError, RecursionError) as error:
-        raise MethodError("NoAnswer", f"it printed no JSON: {shown(output.decode().strip())}") from error
+        raise CountedError("NoAnswer", f"it printed no JSON: {shown(output.decode().strip())}") from error
     if not isinstance(found, dict):
         said = f"it printed {shown(text)}; expected one JSON object" if text else "it printed nothing"
-        raise MethodError("NoAnswer", said)
+        raise CountedError("NoAnswer", said)
     try:
         answer = AnswerFile.model_validate(found, strict=True)
     except ValidationError as error:
         first = error.errors()[0]
         where, message = ".".join(map(str, first["loc"])), one_line(first["msg"][0].lower() + first["msg"][1:])
-        raise MethodError("WrongForm", f"{where}: {message}") from error
+        raise CountedError("WrongForm", f"{where}: {message}") from error
     numbers = [gain.joint for gain in answer.gains]
     if numbers != list(range(1, joints + 1)):
-        raise MethodError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
+        raise CountedError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
     for gain in answer.gains:
         value, std, refused = gain.estimate, gain.std, not gain.identifiable
         for wrong, kind, said in (
@@ -289,12 +289,12 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
             (std is not None and std < 0.0, "ImpossibleGain", f"a standard deviation of {std}"),
         ):
             if wrong:
-                raise MethodError(kind, f"joint {gain.joint}: {said}")
+                raise CountedError(kind, f"joint {gain.joint}: {said}")
     return tuple(Claim(gain.estimate, gain.std, None if gain.identifiable else gain.reason) for gain in answer.gains)
 
 
 def _not_finite(name: str) -> NoReturn:
-    raise MethodError("NotFinite", f"a number is {name}")
+    raise CountedError("NotFinite", f"a number is {name}")
 
 
 def python_answer(text: str, folder: Path) -> dict[str, object]:

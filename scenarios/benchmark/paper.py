@@ -48,8 +48,9 @@ from scenarios.benchmark.paper_result import (
     SavedPaper,
     WrongGains,
 )
-from scenarios.experiments.scenario import body_of, load_scenario, setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
+from scenarios.experiments.schema import body_of
 from scenarios.rendering.result import to_json
 from scenarios.results.record import digests_of
 from scenarios.support.progress import SILENT, Progress

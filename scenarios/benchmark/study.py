@@ -24,10 +24,10 @@ from scenarios.experiments.run import Failure, Simulated, as_identified, motion_
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import Scenario, grouped
 from scenarios.experiments.study import Study, monte_carlo
-from scenarios.experiments.trials import Rows, Work, failed_rows, setting_columns, trial_schema
+from scenarios.experiments.trials import Rows, common_columns, judged_rows, trial_schema
 from scenarios.results.problem_folder import write_problem
 from scenarios.results.run_folder import simulated_problem
-from scenarios.support.errors import MethodError, ScenarioError
+from scenarios.support.errors import CountedError, ScenarioError
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -64,7 +64,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
             "methods": [{"text": method.text, "files": dict(method.digests)} for method in methods],
             "limits": asdict(limits),
         },
-        work=Work(rows=partial(_answered, tuple(methods), limits), failed=partial(_failed, tuple(methods))),
+        rows=partial(_answered, tuple(methods), limits),
         rows_per_joint=len(methods),
     )
 
@@ -74,34 +74,27 @@ def write_trial(simulated: Simulated, folder: Path) -> None:
     write_problem(folder, simulated_problem(simulated.setup, simulated.recordings))
 
 
-def _answered(methods: tuple[Method, ...], limits: Limits, simulated: Simulated) -> Rows:
+def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, outcome: Simulated | Failure) -> Rows:
     """Return the rows of a trial; each method has a copy of the folder of its own."""
-    trial, setup, rows = simulated.trial, simulated.setup, list[dict[str, object]]()
+    rows, wanted = list[dict[str, object]](), scenario.table.tolerance.identifiable
+    if isinstance(outcome, Failure):  # it reached no method
+        failed = list(zip(judged_rows(scenario, outcome), wanted, strict=True))
+        return [{**row, METHOD: each.text, "expected": expected} for each in methods for row, expected in failed]
+    setup, common = outcome.setup, common_columns(outcome)
     tolerance, joints = setup.scenario.table.tolerance, setup.structure.arm.n
-    common = {"trial": trial.number, "seed": trial.seed, **setting_columns(simulated.settings)}
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
-            write_trial(simulated, Path(place))
+            write_trial(outcome, Path(place))
             called = call(method, Path(place), joints, limits)
-        outcome, lost = called.outcome, dict[str, object]()
-        if isinstance(outcome, MethodError):
-            lost = {"failure": outcome.kind, "reason": str(outcome), "passed": False}
-            outcome = (Claim(None, None, None),) * joints
-        verdict = judge_claims(outcome, setup.true_gain, tolerance, expectation=setup.scenario.expectation)
+        answer, lost = called.outcome, dict[str, object]()
+        if isinstance(answer, CountedError):
+            lost = {"failure": answer.kind, "reason": str(answer), "passed": False}
+            answer = (Claim(None, None, None),) * joints
+        verdict = judge_claims(answer, setup.true_gain, tolerance, expectation=setup.scenario.expectation)
         called_once = {**common, METHOD: method.text, "seconds": called.seconds}
         for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True):
             rows.append({**called_once, "expected": expected, **asdict(gain), **lost})
     return rows
-
-
-def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:
-    """Return the rows of a trial that reached no method."""
-    expected = scenario.table.tolerance.identifiable
-    return [
-        {**row, METHOD: method.text, "expected": wanted}
-        for method in methods
-        for row, wanted in zip(failed_rows(scenario, failure), expected, strict=True)
-    ]
 
 
 def gain_bound(setup: Setup) -> Array | None:

@@ -106,7 +106,7 @@ def _judge(design: "Design", series: "Series", options: argparse.Namespace) -> "
     """Return the evaluation of motions, in this process if they are few, otherwise in others."""
     from scenarios.design.search import judge_in
 
-    if options.jobs == "1" or options.evaluations < FEW:
+    if options.jobs == 1 or options.evaluations < FEW:
         yield lambda points: [design.cost(series.motion(x)) for x in points]
         return
     with open_workers(options) as workers:
@@ -129,7 +129,7 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     add("--harmonics", type=HARMONICS, help="harmonics of the series (default 20)")
     add("--duration", type=DURATION, help="period [s] (default 20)")
     add("--evaluations", type=EVALUATIONS, help="number of motions to try (default 40000)")
-    add_worker_options(parser, ["jobs"])
+    add_worker_options(parser, dask=False)
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
@@ -326,7 +326,7 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     text = "motions to try (default %(default)d)"
     add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=text)
-    add_worker_options(parser, ["jobs"])
+    add_worker_options(parser, dask=False)
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
 

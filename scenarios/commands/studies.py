@@ -15,7 +15,7 @@ from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.rendering.content import Paragraph
-from scenarios.support.errors import ScenarioError, StudyError
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.experiments.study import Study
@@ -210,7 +210,7 @@ def _summary_of(folder: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        raise StudyError(
+        raise ScenarioError(
             f"{folder}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
             "disk space and repeat the command"
         ) from error

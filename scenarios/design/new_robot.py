@@ -20,7 +20,8 @@ from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN, Design, percents
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.experiments.robots import read_arm
-from scenarios.experiments.scenario import body_of, load_scenario, setup_without_motion
+from scenarios.experiments.scenario import load_scenario, setup_without_motion
+from scenarios.experiments.schema import body_of
 from scenarios.support.texts import schema_line, toml_value
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError

@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from ident.payload.payload import Payload, payload_to_table
 from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, finite, objective
-from scenarios.experiments.scenario import Setup, body_of
-from scenarios.experiments.schema import mountings
+from scenarios.experiments.scenario import Setup
+from scenarios.experiments.schema import body_of, mountings
 from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried
 from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, column, percent, table
 from scenarios.rendering.result import ResultModel

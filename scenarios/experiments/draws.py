@@ -19,15 +19,13 @@ from ident.support.errors import IdentificationError
 from ident.support.naming import nearest
 from scenarios.experiments.scenario import Value, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable, SourceTable
-from scenarios.support.errors import ScenarioError, StudyError, WrongValue
+from scenarios.support.errors import ScenarioError, WrongValue
 from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
 """Quantiles at which a distribution is tested before it is used."""
 STREAM_SEEDS = 2**31
 """Upper bound of the seeds of noises, exclusive."""
-Number = float | tuple[float, ...]
-"""A parameter of a distribution: one value, or one per number."""
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
@@ -76,18 +74,22 @@ def check_draws(scenario: Scenario) -> None:
 
 def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
     """Return the number of uniform numbers that a draw needs."""
-    return 1 if draw.shared or draw.choice is not None else _size(draw, table)
+    return 1 if draw.shared or draw.choice is not None else sum(map(np.size, _bases(draw, table).values()))
 
 
-def _size(draw: DrawTable, table: ScenarioTable) -> int:
-    """Return the number of numbers in all targets of a draw."""
-    return sum(np.size(np.asarray(value_at(table, place))) for place in draw.targets)
+def _bases(draw: DrawTable, table: ScenarioTable) -> dict[str, float | list[float]]:
+    """Return the values of a draw's targets in the table."""
+    bases = dict[str, float | list[float]]()
+    for place in draw.targets:
+        value = value_at(table, place)
+        if isinstance(value, str):
+            raise WrongValue(f"{place} is a name, {value!r}; draw it with choice = [...]")
+        bases[place] = value
+    return bases
 
 
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
     """Return the values of a draw's targets from uniform numbers in (0, 1), shape (numbers_needed,).
-
-    `add` and `multiply` start from the values of the table.
 
     Raises:
         ScenarioError: If a target does not exist.
@@ -98,57 +100,70 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
             raise WrongValue("choice is empty")
         chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
         return dict.fromkeys(draw.targets, chosen)
-    settings, used, total = dict[str, Value](), 0, _size(draw, table)
-    for place in draw.targets:
-        value = value_at(table, place)
-        if isinstance(value, str):
-            raise WrongValue(f"{place} is a name, {value!r}; draw it with choice = [...]")
+    return applied(draw, _quantiles(draw, uniform, table), table)
+
+
+def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, Value]:
+    """Return the values of a draw's targets from its numbers; `add` and `multiply` start from the table's values.
+
+    There is one number per number of all targets, in order.
+    """
+    settings, used = dict[str, Value](), 0
+    for place, value in _bases(draw, table).items():
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
-        own = slice(used, used + len(base))
+        own = numbers[used : used + len(base)]
         used += len(base)
-        numbers = _quantiles(draw, np.repeat(uniform, len(base)) if draw.shared else uniform[own], own, total)
-        changed = {"replace": numbers, "add": base + numbers, "multiply": base * numbers}[draw.apply]
+        changed = {"replace": own, "add": base + own, "multiply": base * own}[draw.apply]
         settings[place] = changed.tolist() if isinstance(value, list) else float(changed[0])
     return settings
 
 
 class Spread(NamedTuple):
-    """Mean and standard deviation of a distribution; not finite if they do not exist."""
+    """Mean and standard deviation of each number of a draw; not finite if they do not exist."""
 
     mean: Array
     std: Array
 
 
-def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
-    """Return mean and standard deviation of a draw's distribution for one of its targets.
-
-    `own` selects the target's numbers from the `total` numbers of all targets.
-
-    Raises:
-        WrongValue: If distribution or parameters do not exist or do not fit.
-    """
-    count, parameters = own.stop - own.start, _parameters(draw, own, total)
-    _quantiles(draw, np.full(count, 0.5), own, total)  # raises if a draw is not possible
-    with np.errstate(all="ignore"):
-        distribution = _distribution(draw.distribution or "")
-        mean, std = distribution.mean(**parameters), distribution.std(**parameters)
-    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, std)))
-
-
-def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, Number]:
-    """Return the parameters of some of a draw's numbers; an array has a value for each."""
-    return {
-        name: value[own] if isinstance(value, tuple) and len(value) == total else value
-        for name, value in draw.parameters.items()
-    }
+def spread_of(draw: DrawTable, table: ScenarioTable) -> Spread:
+    """Return mean and standard deviation of a draw's numbers; raises as `settings_from`."""
+    middle = _quantiles(draw, np.full(numbers_needed(draw, table), 0.5), table)  # raises if a draw is not possible
+    parameters = _parameters(draw, table)
+    if draw.distribution in SCALED:
+        _, centre, spread = SCALED[draw.distribution]
+        loc, scale = parameters.get("loc", np.zeros(1)), parameters.get("scale", np.ones(1))
+        mean, std = loc + scale * centre, scale * spread
+    else:
+        with np.errstate(all="ignore"):
+            distribution = _distribution(draw.distribution or "")
+            mean, std = distribution.mean(**parameters), distribution.std(**parameters)
+    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), middle.shape) for x in (mean, std)))
 
 
-def _quantiles(draw: DrawTable, uniform: Array, own: slice, total: int) -> Array:
-    """Return the quantiles of a draw's distribution at uniform numbers, for one of its targets as in `spread_of`."""
-    name, distribution = draw.distribution or "", _distribution(draw.distribution or "")
-    shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
-    scaled = isinstance(distribution, Scaled | scipy.stats.rv_continuous)
-    takes = [*shapes, "loc", *(["scale"] if scaled else [])]
+def _parameters(draw: DrawTable, table: ScenarioTable) -> dict[str, Array]:
+    """Return the parameters of all numbers of a draw; an array has a value per number of a target, or of all."""
+    sizes = [np.size(base) for base in _bases(draw, table).values()]
+    found = dict[str, Array]()
+    for name, value in draw.parameters.items():
+        array = np.asarray(value, dtype=np.float64)
+        if array.ndim and len(array) != sum(sizes):
+            if {len(array)} != set(sizes):
+                raise WrongValue(
+                    f"{draw.distribution} with {name} = {value}: expected numbers, or arrays of {sizes[0]}"
+                )
+            array = np.tile(array, len(sizes))
+        found[name] = array
+    return found
+
+
+def _quantiles(draw: DrawTable, uniform: Array, table: ScenarioTable) -> Array:
+    """Return the quantiles of a draw's distribution at uniform numbers, for each number of its targets."""
+    name, scaled = draw.distribution or "", SCALED.get(draw.distribution or "")
+    takes, shapes = ["loc", "scale"], list[str]()
+    if scaled is None:
+        distribution = _distribution(name)
+        shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
+        takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, scipy.stats.rv_continuous) else [])]
     for parameter in draw.parameters:
         if parameter not in takes:
             raise WrongValue(
@@ -157,45 +172,29 @@ def _quantiles(draw: DrawTable, uniform: Array, own: slice, total: int) -> Array
     missing = [shape for shape in shapes if shape not in draw.parameters]
     if missing:
         raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
-    stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
-    misfit = WrongValue(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
-    try:
+    parameters, total = _parameters(draw, table), sum(map(np.size, _bases(draw, table).values()))
+    uniform = np.broadcast_to(uniform, total)
+    if scaled is not None:
+        scale = parameters.get("scale", np.ones(1))
+        numbers = scaled.quantiles(uniform) * np.where(scale > 0.0, scale, np.nan) + parameters.get("loc", 0.0)
+    else:
         with np.errstate(all="ignore"):
-            numbers = np.asarray(distribution.ppf(uniform, **_parameters(draw, own, total)), dtype=np.float64)
-    except ValueError as error:
-        raise misfit from error
+            numbers = np.asarray(_distribution(name).ppf(uniform, **parameters), dtype=np.float64)
     if not np.isfinite(numbers).all():
+        stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
         raise WrongValue(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
-    if numbers.shape != uniform.shape:
-        raise misfit
     return numbers
 
 
 class Scaled(NamedTuple):
-    """A distribution with only location and scale, as in scipy.stats, whose import would take half a second.
+    """A distribution with only location and scale, as in scipy.stats, whose import takes a second.
 
-    Attributes:
-        quantiles: Quantile function for location 0 and scale 1.
-        centre, spread: Mean and standard deviation for location 0 and scale 1.
-        shapes: None.
+    Quantile function, mean and standard deviation are those of location 0 and scale 1.
     """
 
     quantiles: Callable[[Array], Array]
-    centre: float
-    spread: float
-    shapes: None = None
-
-    def ppf(self, uniform: Array, *, loc: Number = 0.0, scale: Number = 1.0) -> Array:
-        """Return the quantiles at uniform numbers, NaN if the scale is not positive."""
-        return np.where(np.asarray(scale) > 0.0, self.quantiles(uniform) * np.asarray(scale) + np.asarray(loc), np.nan)
-
-    def mean(self, *, loc: Number = 0.0, scale: Number = 1.0) -> Array:
-        """Mean."""
-        return self.centre * np.asarray(scale) + np.asarray(loc)
-
-    def std(self, *, loc: Number = 0.0, scale: Number = 1.0) -> Array:
-        """Standard deviation."""
-        return np.broadcast_to(self.spread * np.asarray(scale), np.broadcast_shapes(np.shape(loc), np.shape(scale)))
+    mean: float
+    std: float
 
 
 def _standard_normal(uniform: Array) -> Array:
@@ -210,10 +209,8 @@ SCALED = {
 
 
 @lru_cache(maxsize=64)
-def _distribution(name: str) -> "Scaled | scipy.stats.rv_continuous | scipy.stats.rv_discrete":
+def _distribution(name: str) -> "scipy.stats.rv_continuous | scipy.stats.rv_discrete":
     """Return a distribution of scipy.stats with its own quantile function; a numerical search may not end."""
-    if name in SCALED:
-        return SCALED[name]
     families = scipy.stats.rv_continuous, scipy.stats.rv_discrete
     known = [k for k, v in vars(scipy.stats).items() if isinstance(v, families)]
     if name not in known:
@@ -230,18 +227,22 @@ class Sources:
 
     Attributes:
         scenario: The scenario with its `sources` tables.
-        width: Number of uniform numbers of each source, in the order of the tables.
+        columns: Columns of each source, in the order of the tables, in a matrix of uniform numbers of all sources.
         off: Settings that switch every source off.
     """
 
     scenario: Scenario
-    width: Mapping[str, int]
+    columns: Mapping[str, slice]
     off: Mapping[str, Value]
 
-    def columns(self, name: str) -> slice:
-        """Return the columns of a source in the matrix of all sources."""
-        start = sum(list(self.width.values())[: list(self.width).index(name)])
-        return slice(start, start + self.width[name])
+    @property
+    def width(self) -> int:
+        """Number of uniform numbers of all sources."""
+        return max(each.stop for each in self.columns.values())
+
+    def medians(self) -> dict[str, Array]:
+        """Return the uniform numbers of the median of every source."""
+        return {name: np.full(own.stop - own.start, 0.5) for name, own in self.columns.items()}
 
 
 def sources_of(scenario: Scenario) -> Sources:
@@ -252,15 +253,16 @@ def sources_of(scenario: Scenario) -> Sources:
     """
     table = scenario.table
     if not table.sources:
-        raise StudyError(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
-    width, off = dict[str, int](), dict[str, Value]()
+        said = "declares no error sources; add [sources.NAME] tables, as nominal.toml has"
+        raise ScenarioError(f"{scenario.name}: {said}")
+    columns, used, off = dict[str, slice](), 0, dict[str, Value]()
     for name, source in table.sources.items():
         try:
-            width[name] = 1 if source.stream is not None else numbers_needed(source, table)
+            columns[name] = slice(used, used := used + (1 if source.stream else numbers_needed(source, table)))
             off |= _settings(source, source.off, table)
         except ScenarioError as error:
             raise WrongValue(f"{scenario.name}: sources.{name}: {error}") from error
-    return Sources(scenario=scenario, width=width, off=off)
+    return Sources(scenario=scenario, columns=columns, off=off)
 
 
 class Switched(NamedTuple):

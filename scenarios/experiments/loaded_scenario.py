@@ -67,7 +67,7 @@ class LoadedScenario:
                 Results do not depend on them.
 
         Raises:
-            StudyError: If there are not enough seeds.
+            ScenarioError: If there are not enough seeds.
         """
         from scenarios.experiments.study import monte_carlo, study_rows_of  # studies need the extra of their name
 
@@ -129,24 +129,22 @@ def assert_scenario(scenario: str, seeds: Iterable[int], *, false_alarm: float =
     from scenarios.experiments.statistics import allowed_misses, detectable_rate, joint_statistics, study_rows
     from scenarios.experiments.study import study_rows_of, sweep
 
-    checked = list[int]()
-    for seed in seeds:
-        if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:
-            raise ScenarioError(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
-        checked.append(index(seed))
-    if not checked:
-        raise ScenarioError("give at least one seed")
-    if len(set(checked)) < len(checked):
-        raise ScenarioError("a seed is given twice; a repeated trial adds no information")
-    if not 0.0 < false_alarm < 1.0:
-        raise ScenarioError(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
-    loaded = load_scenario(scenario)
-    wanted, joints = loaded.table.tolerance.pass_rate, len(loaded.table.tolerance.gain)
-    if allowed_misses(len(checked), wanted, false_alarm / joints) >= len(checked):
-        many = "1 seed" if len(checked) == 1 else f"{len(checked)} seeds"
+    checked, loaded = list(seeds), load_scenario(scenario)
+    wanted, joints, count = loaded.table.tolerance.pass_rate, len(loaded.table.tolerance.gain), len(checked)
+    odd = [k for k in checked if isinstance(k, bool) or not hasattr(k, "__index__") or not 0 <= k < SEEDS]
+    for wrong, said in (
+        (not checked, "give at least one seed"),
+        (odd, f"seed {odd[:1]}: expected a whole number from 0 to 2^31 - 1"),
+        (len(set(checked)) < count, "a seed is given twice; a repeated trial adds no information"),
+        (not 0.0 < false_alarm < 1.0, f"false_alarm = {false_alarm}: expected a rate between 0 and 1"),
+    ):
+        if wrong:
+            raise ScenarioError(said)
+    if allowed_misses(count, wanted, false_alarm / joints) >= count:
+        many = "1 seed" if count == 1 else f"{count} seeds"
         raise ScenarioError(f"{loaded.name}: {many} cannot reject a pass rate of {wanted:g}; run more seeds")
-    rows = study_rows_of(sweep(loaded, {}, checked)).rows
-    found = joint_statistics(study_rows([rows], trials=len(checked)).joints, wanted=wanted, false_alarm=false_alarm)
+    rows = study_rows_of(sweep(loaded, {}, map(index, checked))).rows
+    found = joint_statistics(study_rows([rows]).joints, wanted=wanted, false_alarm=false_alarm)
     missed = [joint for joint in found if not joint.held]
     if not missed:
         return found
@@ -159,6 +157,6 @@ def assert_scenario(scenario: str, seeds: Iterable[int], *, false_alarm: float =
             f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} trials failed, {rule.allowed} allowed "
             f"at a pass rate of {rule.wanted:g}; seed {worst['seed']}: {worst['reason']}"
         )
-    rate = detectable_rate(missed[0].trials, missed[0].allowed, POWER)
-    lines.append(f"  ({missed[0].trials} seeds detect a pass rate below {rate:.2f} in {100 * POWER:g} % of cases)")
+    rate = detectable_rate(count, missed[0].allowed, POWER)
+    lines.append(f"  ({count} seeds detect a pass rate below {rate:.2f} in {100 * POWER:g} % of cases)")
     raise AssertionError("\n".join(lines))

@@ -11,17 +11,16 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
-from ident.identification import identify
-from ident.preparation import SIMULATED, Prepared
+from ident.identification import Identification, identify
+from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge
 from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
-from scenarios.support.errors import ScenarioError
+from scenarios.support.errors import CountedError, ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from sim.errors import SimulationError
 from sim.experiment import Experiment
@@ -53,6 +52,23 @@ class Trial:
     streams: Mapping[str, int] = field(default_factory=dict[str, int])
     labels: Mapping[str, str] = field(default_factory=dict[str, str])
     cost: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A trial without an estimate: its error, and its setup and drawn values as far as it came."""
+
+    trial: Trial
+    error: Exception
+    settings: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    setup: Setup | None = None
+
+    @property
+    def kind(self) -> str:
+        """The name by which studies count the error."""
+        if isinstance(self.error, CountedError):
+            return self.error.kind
+        return "MemoryError" if isinstance(self.error, MemoryError) else type(self.error).__name__  # NumPy has its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,26 +112,9 @@ class Simulated:
         check = self.setup.check if self.trial.cost else None
         return self.setup.experiments if check is None else (*self.setup.experiments, check)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Failure:
-    """A trial without an estimate.
-
-    Attributes:
-        trial: The trial.
-        kind: Kind of the error.
-        reason: Message of the error.
-        settings: Values drawn before the failure.
-        setup: Its setup, None if the failure came earlier.
-        error: The error, None if its worker failed.
-    """
-
-    trial: Trial
-    kind: str
-    reason: str
-    settings: Mapping[str, Value] = field(default_factory=dict[str, Value])
-    setup: Setup | None = None
-    error: Exception | None = None
+    def failed(self, error: Exception) -> Failure:
+        """Return its failure."""
+        return Failure(trial=self.trial, error=error, settings=self.settings, setup=self.setup)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,22 +122,21 @@ class Run(Simulated):
     """A trial that is identified and judged.
 
     Attributes:
-        estimate: The identified gains.
+        identification: The identified gains, and what they were identified from.
         verdict: Comparison with the true values.
-        notes: Notes of the identification.
         identify_s: Wall time of the identification [s].
-        found: Diagnoses of logs and estimate.
-        prepared: The recordings as prepared for the estimate.
         cost: Effect of the controller's gains, None if not requested.
     """
 
-    estimate: GainEstimate
+    identification: Identification
     verdict: Verdict
-    notes: tuple[str, ...]
     identify_s: float
-    found: Diagnosed = field(default_factory=Diagnosed)
-    prepared: Prepared | None = field(default=None, repr=False)
     cost: CostVerdict | None = None
+
+    @property
+    def estimate(self) -> GainEstimate:
+        """The identified gains."""
+        return self.identification.estimate
 
     @property
     def passed(self) -> bool:
@@ -166,10 +164,9 @@ def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
 def simulate(setup: Setup, seed: int, *, cost: bool = False, stages: Progress = SILENT) -> Simulated:
     """Draw and simulate one trial; raises as `run`, except errors of identification."""
     (outcome,) = simulate_trials(setup, [Trial(seed=seed, cost=cost)], stages=stages)
-    if isinstance(outcome, Simulated):
-        return outcome
-    assert outcome.error is not None, "it failed in this process"
-    raise outcome.error
+    if isinstance(outcome, Failure):
+        raise outcome.error
+    return outcome
 
 
 def simulate_trials(
@@ -187,7 +184,7 @@ def simulate_trials(
             settings = drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
             ready = Simulated(trial=trial, setup=changed(setup, settings), settings=settings)
         except (ScenarioError, SimulationError, IdentificationError) as error:
-            yield Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings, error=error)
+            yield Failure(trial=trial, error=error, settings=settings)
             continue
         own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in ready.motions)
         if batch and size + own > LOGS_AT_ONCE:
@@ -216,18 +213,11 @@ def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulat
         found = [outcome for _, outcome in sorted(waiting.pop(i).items())]
         error = next((each for each in found if isinstance(each, SimulationError)), None)
         if error is not None:
-            yield failure_of(ready, error)
+            yield ready.failed(error)
             continue
         recordings = [each for each in found if isinstance(each, Recording)]
         used, check = recordings[: len(ready.setup.experiments)], recordings[len(ready.setup.experiments) :]
         yield replace(ready, recordings=tuple(used), check=check[0] if check else None, simulate_s=simulate_s)
-
-
-def failure_of(of: Simulated, error: Exception) -> Failure:
-    """Return the failure of a trial with drawn values."""
-    return Failure(
-        trial=of.trial, kind=type(error).__name__, reason=str(error), settings=of.settings, setup=of.setup, error=error
-    )
 
 
 def identified(simulated: Simulated) -> Run:
@@ -248,15 +238,11 @@ def identified(simulated: Simulated) -> Run:
         gains=chosen.gains,
         policy=SIMULATED,
     )
-    identify_s = time.perf_counter() - started
     return Run(
         **{each.name: getattr(simulated, each.name) for each in fields(Simulated)},
-        estimate=found.estimate,
+        identification=found,
+        identify_s=time.perf_counter() - started,
         verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
-        notes=found.notes,
-        identify_s=identify_s,
-        found=found.found,
-        prepared=found.prepared,
         cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
     )
 

@@ -10,15 +10,14 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, ValidationError
 
-import rx90_mjcf
 from ident.estimation.estimators import ESTIMATORS
 from ident.model.structure import Structure
-from ident.payload.payload import INERTIA_KEYS, Payload, payload_from_table, payload_to_table, read_payload
+from ident.payload.payload import Payload, payload_from_table, payload_to_table
 from ident.support.arrays import Array, readonly
 from ident.support.errors import PayloadError
-from ident.support.naming import nearest, shown
+from ident.support.naming import nearest
 from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.robots import robot
@@ -26,12 +25,10 @@ from scenarios.experiments.robots import structure as believed_structure
 from scenarios.experiments.scenario_files import BUILT_IN, LOADED, MOTION, scenario_table, stating_file
 from scenarios.experiments.schema import (
     BARE,
-    BodyTable,
-    InertiaTable,
     Scenario,
     ScenarioTable,
     by_mounting,
-    check_lengths,
+    check,
     motion_names,
     mountings,
     validated,
@@ -90,8 +87,7 @@ def load_scenario(name: str) -> Scenario:
         )
         for key, payload in stated_payloads(scenario).items()
     }
-    bodies = by_mounting(table.plant.payload, table.plant.payloads)
-    true = {key: _body(body, scenario.name) for key, body in bodies.items()}
+    true = by_mounting(table.plant.payload, table.plant.payloads)
     used = mountings(table.experiment.protocol) or tuple(true)  # a draw of a payload that is never mounted is an error
     plant, belief = (
         {"payload": of.get(LOADED) if LOADED in used else None, "payloads": {k: of[k] for k in used if k != LOADED}}
@@ -102,12 +98,10 @@ def load_scenario(name: str) -> Scenario:
         for field in fields(DriveTruth)
         if getattr(table.plant, field.name) is None
     }
-    update: dict[str, object] = {
+    update = {
         "plant": table.plant.model_copy(update={**drives, **plant}),
         "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a specified value is replaced by zero
     }
-    if table.cost is not None:
-        update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, scenario.name)})
     return replace(scenario, table=table.model_copy(update=update))
 
 
@@ -129,36 +123,18 @@ def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
     """Return the assumed payloads with specified standard deviations, by mounting.
 
     Raises:
-        WrongValue: If a name does not exist.
         ScenarioError: If a payload is impossible.
     """
     belief, found = scenario.table.belief, dict[str, Payload]()
     for key, stated in by_mounting(belief.payload, belief.payloads).items():
         try:
-            payload = _named(stated, scenario.name) if isinstance(stated, str) else payload_from_table(stated)
+            payload = payload_from_table(stated)
             known = belief.known.get(key) if isinstance(belief.known, Mapping) else belief.known
             found[key] = payload if known is None else replace(payload, known=known)
         except PayloadError as error:
             where = "" if key == LOADED else f"payloads.{key}: "
             raise ScenarioError(f"{scenario.name}: belief.{where}{error}") from error
     return found
-
-
-def _named(payload: str, name: str) -> Payload:
-    if payload not in rx90_mjcf.PAYLOADS:
-        raise WrongValue(
-            f"{name}: unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; "
-            f"known: {', '.join(rx90_mjcf.PAYLOADS)}"
-        )
-    return read_payload(rx90_mjcf.PAYLOADS[payload])
-
-
-def _body(body: str | BodyTable, name: str) -> BodyTable:
-    if not isinstance(body, str):
-        return body
-    rigid = body_of(_named(body, name))
-    inertia = InertiaTable(**dict(zip(INERTIA_KEYS, rigid.inertia, strict=True)))
-    return BodyTable(mass=rigid.mass, com=rigid.com, inertia=inertia)
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
@@ -216,39 +192,24 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario
         ScenarioError: If a key path does not exist.
         WrongValue: If a value is not valid.
     """
-    changes: dict[str, Any] = {}
+    changes: dict[str, dict[str, Any]] = {}
     for place, value in settings.items():
         value_at(scenario.table, place)
-        *above, last = place.split(".")
-        inner = changes
-        for key in above:
-            inner = inner.setdefault(key, {})
+        key, *above, last = place.split(".")
+        inner = changes.setdefault(key, getattr(scenario.table, key).model_dump(mode="json"))
+        for each in above:
+            inner = inner[each]
         inner[last] = value
-    update = {key: _changed(getattr(scenario.table, key), inner, key, scenario.name) for key, inner in changes.items()}
-    table = scenario.table.model_copy(update={**update, "random": {}})
-    check_lengths(table, scenario.name)
+    update: dict[str, object] = {"random": {}}
+    for key, values in changes.items():
+        kind: type[BaseModel] = type(getattr(scenario.table, key))
+        try:
+            update[key] = kind.model_validate_json(json.dumps(values), strict=True)
+        except ValidationError as error:
+            raise WrongValue(f"{scenario.name}: {fault_of(error, key)}") from error
+    table = scenario.table.model_copy(update=update)
+    check(table, scenario.name)
     return replace(scenario, table=table)
-
-
-def _changed(node: object, changes: object, place: str, name: str) -> object:
-    """Return a table with changes applied and validated; other values are replaced."""
-    entries = _entries(node)
-    if not isinstance(changes, Mapping):
-        return tuple(changes) if isinstance(changes, list) else changes
-    values = {**entries, **{k: _changed(entries[k], v, f"{place}.{k}", name) for k, v in changes.items()}}
-    try:
-        if isinstance(node, BaseModel):
-            return type(node).model_validate(values, strict=True)
-        if is_dataclass(node):
-            return _adapter(type(node)).validate_json(json.dumps(values), strict=True)
-    except ValidationError as error:
-        raise WrongValue(f"{name}: {fault_of(error, place)}") from error
-    return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
-
-
-@lru_cache(maxsize=32)
-def _adapter(kind: type) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
 
 
 def _entries(node: object) -> dict[str, Any]:
@@ -347,7 +308,7 @@ def setup_without_motion(scenario: Scenario) -> Setup:
     payloads = {name: believed[name] for name in mountings(table.experiment.protocol)}
     drives = _drives(**{field.name: getattr(table.plant, field.name) for field in fields(DriveTruth)})
     plants = {
-        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=table.plant.errors)
+        name: Plant(robot=arm, drives=drives, payload=body.body, errors=table.plant.errors)
         for name, body in by_mounting(table.plant.payload, table.plant.payloads).items()
     }
     return Setup(scenario, plants, structure, payloads)
@@ -388,7 +349,7 @@ def setup_of(scenario: Scenario) -> Setup:
     )
     check = None
     if table.cost is not None:
-        weighed = replace(plant, payload=_true_payload(table.cost.payload))
+        weighed = replace(plant, payload=table.cost.payload.body)
         check = replace(experiments[-1], name=CHECK, plant=weighed, loaded=True, earlier=len(experiments))
     return replace(setup, experiments=experiments, check=check)
 
@@ -402,16 +363,3 @@ def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
 def _drives(**stated: tuple[float, ...]) -> DriveTruth:
     """Return the drives of given numbers, cached, so that scenarios that differ in something else share them."""
     return DriveTruth(**{name: readonly(values) for name, values in stated.items()})
-
-
-def _true_payload(body: str | BodyTable) -> PayloadBody:
-    assert not isinstance(body, str), "a loaded scenario states its numbers"
-    J = body.inertia
-    return PayloadBody(mass=body.mass, com=body.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))
-
-
-def body_of(payload: Payload) -> PayloadBody:
-    """Return a complete payload as a rigid body."""
-    assert payload.com is not None, "its centre is stated"
-    assert payload.inertia is not None, "its moments are stated"
-    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

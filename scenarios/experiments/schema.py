@@ -9,21 +9,24 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
+import rx90_mjcf
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
+from ident.payload.payload import INERTIA_KEYS, Payload, payload_to_table, read_payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table
 from scenarios.experiments.scenario_files import LOADED, ROBOT
-from scenarios.support.errors import ScenarioError, WrongValue
+from scenarios.support.errors import WrongValue
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
+from sim.plant import PayloadBody
 from sim.sensors import STREAMS, SensorOptions
 from sim.tables import Table, validated_table
 
@@ -79,6 +82,13 @@ def _known_stream(name: str) -> str:
     return name
 
 
+def _named(payload: str) -> Payload:
+    if payload not in rx90_mjcf.PAYLOADS:
+        said = f"unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; known: {{known}}"
+        raise PydanticCustomError("payload", said, {"known": ", ".join(rx90_mjcf.PAYLOADS)})
+    return read_payload(rx90_mjcf.PAYLOADS[payload])
+
+
 class InertiaTable(Table):
     """Inertia about the centre of mass, axes of the last link [kg m^2]."""
 
@@ -97,14 +107,41 @@ class BodyTable(Table):
     com: Triple = Field(description="Its centre of mass [m]")
     inertia: InertiaTable = Field(description="About the centre of mass [kg m^2]")
 
+    @property
+    def body(self) -> PayloadBody:
+        """The rigid body for simulation."""
+        J = self.inertia
+        return PayloadBody(mass=self.mass, com=self.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))
+
+    @classmethod
+    def of(cls, payload: str) -> "BodyTable":
+        """Return the numbers of a name of `rx90_mjcf.PAYLOADS`."""
+        rigid = body_of(_named(payload))
+        inertia = InertiaTable(**dict(zip(INERTIA_KEYS, rigid.inertia, strict=True)))
+        return cls(mass=rigid.mass, com=rigid.com, inertia=inertia)
+
+
+def body_of(payload: Payload) -> PayloadBody:
+    """Return a complete payload as a rigid body."""
+    assert payload.com is not None, "its centre is stated"
+    assert payload.inertia is not None, "its moments are stated"
+    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)
+
+
+if TYPE_CHECKING:  # a name is replaced by its numbers
+    Carried, Believed = BodyTable, dict[str, object]
+else:
+    Carried = Annotated[str, AfterValidator(BodyTable.of)] | BodyTable
+    Believed = Annotated[str, AfterValidator(lambda name: payload_to_table(_named(name)))] | dict[str, object]
+
 
 class PlantTable(Table):
     """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
 
-    payload: str | BodyTable | None = Field(
+    payload: Carried | None = Field(
         None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
     )
-    payloads: dict[str, str | BodyTable] = Field({}, description="Further payloads, by their names in the protocol")
+    payloads: dict[str, Carried] = Field({}, description="Further payloads, by their names in the protocol")
     gain: Vector | None = Field(
         None, description="Drive gains [N m / drive unit], [N / drive unit] for prismatic joints"
     )
@@ -138,25 +175,29 @@ class ExperimentTable(Table):
 
 
 class BeliefTable(Table):
-    """Values that controller and identification assume.
+    """Values that controller and identification assume."""
 
-    Attributes:
-        controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
-        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
-            the identification model has only these, whatever the robot has.
-        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
-        payloads: Further assumed payloads, by their names in the protocol.
-        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
-        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
-            name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`.
-    """
-
-    controller_gain: Vector
-    couplings: tuple[tuple[int, int], ...] = ()
-    payload: str | dict[str, object] | None = None
-    payloads: dict[str, str | dict[str, object]] = Field({})
-    known: Known | dict[str, Known] | None = None
-    exact: bool | dict[str, bool] = False
+    controller_gain: Vector = Field(
+        description="A-priori gains that the controller divides torque by [N m / drive unit]"
+    )
+    couplings: tuple[tuple[int, int], ...] = Field(
+        (),
+        description="Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`; the "
+        "identification model has only these, whatever the robot has",
+    )
+    payload: Believed | None = Field(
+        None,
+        description="The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files",
+    )
+    payloads: dict[str, Believed] = Field({}, description="Further assumed payloads, by their names in the protocol")
+    known: Known | dict[str, Known] | None = Field(
+        None, description='Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`'
+    )
+    exact: bool | dict[str, bool] = Field(
+        False,
+        description="Whether the standard deviations of payloads are zero, for scenarios without payload errors; for "
+        "all or by name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`",
+    )
 
 
 class IdentificationTable(Table):
@@ -186,7 +227,7 @@ class ToleranceTable(Table):
 class CostTable(Table):
     """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values."""
 
-    payload: str | BodyTable = Field(
+    payload: Carried = Field(
         description=(
             "Payload of one more motion, which is not used for identification; its mass is known exactly: a name of "
             "`rx90_mjcf.PAYLOADS` or a table"
@@ -198,24 +239,26 @@ class CostTable(Table):
 
 
 class DrawTable(Table):
-    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set."""
 
-    Attributes:
-        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
-        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
-        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
-            in order.
-        apply: Use of the drawn numbers.
-        shared: Whether one number is drawn for the whole target, instead of one per number.
-        choice: A set from which one value is drawn, instead of a distribution.
-    """
-
-    target: str | tuple[str, ...]
-    distribution: str | None = None
-    parameters: dict[str, float | Vector] = Field({})
-    apply: Literal["replace", "add", "multiply"] = "replace"
-    shared: bool = False
-    choice: tuple[str | float, ...] | None = None
+    target: str | tuple[str, ...] = Field(
+        description="Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths"
+    )
+    distribution: str | None = Field(
+        None, description="Name of a distribution of `scipy.stats` that implements its own quantile function"
+    )
+    parameters: dict[str, float | Vector] = Field(
+        {},
+        description="Parameters of the distribution; an array has one value per number of the target, or of all "
+        "targets in order",
+    )
+    apply: Literal["replace", "add", "multiply"] = Field("replace", description="Use of the drawn numbers")
+    shared: bool = Field(
+        False, description="Whether one number is drawn for the whole target, instead of one per number"
+    )
+    choice: tuple[str | float, ...] | None = Field(
+        None, description="A set from which one value is drawn, instead of a distribution"
+    )
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -290,20 +333,23 @@ def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
     if other is not None:
         raise WrongValue(f"{path}: this is a {other} file; expected a scenario")
     parsed = validated_table(ScenarioTable, table, path, WrongValue)
-    check_lengths(parsed, path)
+    check(parsed, path)
     for fault in (*_payload_faults(parsed), *_draw_faults(parsed)):
         raise WrongValue(f"{path}: {fault}")
     return parsed
 
 
-def check_lengths(table: ScenarioTable, path: str) -> None:
-    """Check that every array has one entry per joint, and that method and options are known.
+def check(table: ScenarioTable, path: str) -> None:
+    """Check that every array has one entry per joint, and that gains, couplings, method and options are possible.
 
     Raises:
-        ScenarioError: If an array has another length (the first one).
-        WrongValue: If the method does not exist.
-        WrongValue: If a gain, a coupling or an option is not possible.
+        WrongValue: If one is not (the first one).
     """
+    for fault in _faults(table):
+        raise WrongValue(f"{path}: {fault}")
+
+
+def _faults(table: ScenarioTable) -> Iterator[str]:
     n, belief, chosen = len(table.tolerance.gain), table.belief, table.identification
     arrays = {
         "tolerance.identifiable": table.tolerance.identifiable,
@@ -312,22 +358,18 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
     }
     for where, values in arrays.items():
         if len(values) != n:
-            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one per joint")
+            yield f"{where}: {len(values)} values, but tolerance.gain has {n}; one per joint"
     if not all(belief.controller_gain):
-        raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+        yield "belief.controller_gain: a gain of zero commands nothing"
     for first, second in belief.couplings:
         if first == second or not {first, second} <= set(range(1, n + 1)):
-            raise WrongValue(
-                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, "
-                "such as [[5, 6]]"
-            )
+            yield f"belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, such as [[5, 6]]"
     if chosen.method not in ESTIMATORS:
-        known = nearest(chosen.method, ESTIMATORS)
-        raise WrongValue(f"{path}: identification.method: unknown {chosen.method!r}{known}")
+        yield f"identification.method: unknown {chosen.method!r}{nearest(chosen.method, ESTIMATORS)}"
     try:
         _ = chosen.method_options
     except OptionError as error:
-        raise WrongValue(f"{path}: identification.options: {error}") from error
+        yield f"identification.options: {error}"
 
 
 def _payload_faults(table: ScenarioTable) -> Iterator[str]:

@@ -7,13 +7,14 @@ required rate. A joint fails if that many misses, or more, have a probability be
 required rate on every joint therefore fails in less than `false_alarm` of all studies (Bonferroni).
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+from pydantic import BaseModel, ConfigDict, Field
 from scipy import stats
 
 from ident.support.arrays import Array, Mask
@@ -23,8 +24,6 @@ CONFIDENCE = 0.95
 """Level of the intervals of shares of trials."""
 FALSE_ALARM = 0.01
 """Largest probability that a scenario whose joints have the required pass rate fails."""
-SHOWN = 5000
-"""Least number of injected gains kept per joint (if available); figures show no more points."""
 COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
 """Columns of a study that statistics and figures need."""
 
@@ -35,15 +34,11 @@ class JointRows:
 
     Attributes:
         joint: Joint number, from 1.
-        trials: Trials.
-        failed: Number of trials without any estimate.
-        passed: Trials that passed.
+        trials: Number of trials; of those without any estimate (`failed`); and of those that passed.
         tolerance: Largest relative error that passes, of the first trial.
         rel_error: Relative errors of the trials that gave a gain, shape (K,), as the following arrays.
         claimed: Estimated relative standard deviations.
         z: Errors over estimated standard deviations; NaN if there is none.
-        step: The injected gain of every `step`-th of these trials is kept.
-        true: Injected gains of every `step`-th trial [N m / drive unit], shape (ceil(K / step),).
     """
 
     joint: int
@@ -54,134 +49,85 @@ class JointRows:
     rel_error: Array
     claimed: Array
     z: Array
-    step: int
-    true: Array
-
-    @property
-    def gains(self) -> int:
-        """Number of trials that gave a gain."""
-        return len(self.rel_error)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StudyRows:
-    """All rows of a study.
-
-    Attributes:
-        joints: One entry per joint, in order.
-        failures: Trials without any estimate by kind, the most frequent first.
-    """
+    """All rows of a study, by joint; `failures` counts trials without any estimate by kind, most frequent first."""
 
     joints: tuple[JointRows, ...]
     failures: Mapping[str, int]
 
 
 def rows_in(folder: StudyFolder) -> StudyRows:
-    """Gather the rows of a study's folder.
-
-    Raises:
-        StudyError: If a part cannot be read.
-    """
-    return study_rows(folder.tables(COLUMNS), trials=sum(len(part.trials) for part in folder.parts()))
+    """Gather the rows of a study's folder; raises as `StudyFolder.tables`."""
+    return study_rows(folder.tables(COLUMNS))
 
 
-@dataclass(slots=True, eq=False)
-class _Gathered:
-    """Accumulated data of one joint; `numbers` (3, trials) are written from the left, as growing needs a copy."""
-
-    tolerance: float
-    numbers: Array
-    trials: int = 0
-    gains: int = 0
-    passed: int = 0
-    true: list[Array] = field(default_factory=list[Array])
-    failures: Counter[str] = field(default_factory=Counter[str])
-
-
-def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
+def study_rows(tables: Iterable[pa.Table]) -> StudyRows:
     """Gather the rows of a study.
 
     `tables` have one row per trial and joint, in any order and division, with `COLUMNS`.
     """
-    gathered: dict[int, _Gathered] = {}
-    step = max(1, trials // SHOWN)
+    numbers, counts = defaultdict[int, list[Array]](list), defaultdict[int, Counter[str]](Counter)
+    kinds, tolerance = defaultdict[int, Counter[str]](Counter), dict[int, float]()
     for table in tables:
         joint, failure = table["joint"].to_numpy(), table["failure"]
         identifiable, passed = (pc.fill_null(table[name], False).to_numpy() for name in ("identifiable", "passed"))
         true, std, error, z = (table[name].to_numpy() for name in ("true", "std", "rel_error", "z"))
-        numbers = np.stack([error, std / np.abs(true), z])
+        each = np.stack([error, std / np.abs(true), z])
         for number in np.unique(joint).tolist():
             rows = np.flatnonzero(joint == number)
-            if number not in gathered:
-                gathered[number] = _Gathered(table["tolerance"][rows[0]].as_py(), np.empty((3, trials)))
-            known, found = gathered[number], rows[identifiable[rows]]
-            known.trials += len(rows)
-            known.passed += int(np.count_nonzero(passed[rows]))
-            known.failures.update(failure.take(rows).drop_null().to_pylist())
-            known.true.append(true[found][-known.gains % step :: step].copy())  # not a view that keeps all of them
-            known.numbers[:, known.gains : known.gains + len(found)] = numbers[:, found]
-            known.gains += len(found)
+            tolerance.setdefault(number, table["tolerance"][rows[0]].as_py())
+            counts[number].update(trials=len(rows), passed=int(np.count_nonzero(passed[rows])))
+            kinds[number].update(failure.take(rows).drop_null().to_pylist())
+            numbers[number].append(each[:, rows[identifiable[rows]]])
     joints: list[JointRows] = []
-    for number, known in sorted(gathered.items()):
-        rel_error, claimed, z = known.numbers[:, : known.gains]
+    for number in sorted(tolerance):
+        error, claimed, z = np.hstack(numbers.pop(number))
         joints.append(
             JointRows(
                 joint=number,
-                trials=known.trials,
-                failed=known.failures.total(),
-                passed=known.passed,
-                tolerance=known.tolerance,
-                rel_error=rel_error,
+                trials=counts[number]["trials"],
+                failed=kinds[number].total(),
+                passed=counts[number]["passed"],
+                tolerance=tolerance[number],
+                rel_error=error,
                 claimed=claimed,
                 z=z,
-                step=step,
-                true=np.concatenate(known.true),
             )
         )
-    failures = dict(gathered[joints[0].joint].failures.most_common()) if joints else {}
-    return StudyRows(joints=tuple(joints), failures=failures)
+    return StudyRows(joints=tuple(joints), failures=dict(kinds[joints[0].joint].most_common()) if joints else {})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointStatistics:
-    """One joint over all trials of a study; values are None if no trial gave a gain.
+class JointStatistics(BaseModel):
+    """One joint over all trials of a study; values are null if no trial gave a gain."""
 
-    Attributes:
-        joint: Joint number, from 1.
-        trials: Number of trials of the study.
-        failed: Number of trials without any estimate.
-        refused: Number of trials with an estimate but without a gain for this joint.
-        bias: Mean relative error.
-        bias_std: Standard deviation of `bias`, relative to the gain.
-        spread: Standard deviation of the relative error.
-        p95: 95th percentile of the magnitude of the relative error.
-        claimed: Root mean square of the estimated relative standard deviation.
-        cover_1: Share of gains with an error below 1 estimated standard deviation (normal: 0.683).
-        cover_2: Share of gains with an error below 2 estimated standard deviations (normal: 0.954).
-        pass_rate: Share of trials that passed; a failed trial did not pass.
-        pass_low, pass_high: Ends of the 95 % interval of that share (Clopper and Pearson).
-        wanted: Share of passes that the scenario requires.
-        allowed: Largest number of misses that is compatible with it.
-        held: Whether the trials are compatible with that pass rate; for too few trials to test it, whether all passed.
-    """
-
-    joint: int
-    trials: int
-    failed: int
-    refused: int
-    bias: float | None
-    bias_std: float | None
-    spread: float | None
-    p95: float | None
-    claimed: float | None
-    cover_1: float | None
-    cover_2: float | None
-    pass_rate: float
-    pass_low: float
-    pass_high: float
-    wanted: float
-    allowed: int
-    held: bool
+    model_config = ConfigDict(extra="allow", frozen=True)
+    joint: int = Field(description="Joint number, from 1")
+    trials: int = Field(description="Number of trials of the study")
+    failed: int = Field(description="Number of trials without any estimate")
+    refused: int = Field(description="Number of trials with an estimate but without a gain for this joint")
+    bias: float | None = Field(description="Mean relative error")
+    bias_std: float | None = Field(description="Standard deviation of `bias`, relative to the gain")
+    spread: float | None = Field(description="Standard deviation of the relative error")
+    p95: float | None = Field(description="95th percentile of the magnitude of the relative error")
+    claimed: float | None = Field(description="Root mean square of the estimated relative standard deviation")
+    cover_1: float | None = Field(
+        description="Share of gains with an error below 1 estimated standard deviation (normal: 0.683)"
+    )
+    cover_2: float | None = Field(
+        description="Share of gains with an error below 2 estimated standard deviations (normal: 0.954)"
+    )
+    pass_rate: float = Field(description="Share of trials that passed; a failed trial did not pass")
+    pass_low: float = Field(description="Lower end of the 95 % interval of that share (Clopper and Pearson)")
+    pass_high: float = Field(description="Its upper end")
+    wanted: float = Field(description="Share of passes that the scenario requires")
+    allowed: int = Field(description="Largest number of misses that is compatible with it")
+    held: bool = Field(
+        description="Whether the trials are compatible with that pass rate; for too few trials to test it, whether all "
+        "passed"
+    )
 
     @property
     def passed(self) -> int:
@@ -219,6 +165,21 @@ def coverage_of(held: int, trials: int) -> Coverage:
     return Coverage(share=held / trials, low=float(interval.low), high=float(interval.high))
 
 
+def error_statistics(rel_error: Array, claimed: Array) -> dict[str, float | None]:
+    """Return `bias`, `spread`, `p95` and `claimed` as in `JointStatistics`; None without data."""
+    return {
+        "bias": float(np.mean(rel_error)) if len(rel_error) else None,
+        "spread": float(np.std(rel_error, ddof=1)) if len(rel_error) > 1 else None,
+        "p95": float(np.percentile(np.abs(rel_error), 95.0)) if len(rel_error) else None,
+        "claimed": root_mean_square(claimed),
+    }
+
+
+def root_mean_square(values: Array) -> float | None:
+    """Return the root mean square, None without values."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None
+
+
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
     """Compute statistics of a study, and apply the pass rule.
 
@@ -227,23 +188,20 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
     """
     found: list[JointStatistics] = []
     for rows in joints:
-        passed = coverage_of(rows.passed, rows.trials)
+        passed, gains = coverage_of(rows.passed, rows.trials), len(rows.rel_error)
         allowed = allowed_misses(rows.trials, wanted, false_alarm / len(joints))
-        error, some = rows.rel_error, rows.gains > 0
-        spread = float(np.std(error, ddof=1)) if rows.gains > 1 else None
+        errors = error_statistics(rows.rel_error, rows.claimed)
+        within = {k: float(np.mean(np.abs(rows.z) < k)) if gains else None for k in (1.0, 2.0)}
         found.append(
             JointStatistics(
                 joint=rows.joint,
                 trials=rows.trials,
                 failed=rows.failed,
-                refused=rows.trials - rows.failed - rows.gains,
-                bias=float(np.mean(error)) if some else None,
-                bias_std=None if spread is None else spread / float(np.sqrt(rows.gains)),
-                spread=spread,
-                p95=float(np.percentile(np.abs(error), 95.0, overwrite_input=True)) if some else None,
-                claimed=float(np.sqrt(np.mean(rows.claimed**2))) if some else None,
-                cover_1=float(np.mean(np.abs(rows.z) < 1.0)) if some else None,
-                cover_2=float(np.mean(np.abs(rows.z) < 2.0)) if some else None,
+                refused=rows.trials - rows.failed - gains,
+                **errors,
+                bias_std=None if errors["spread"] is None else errors["spread"] / float(np.sqrt(gains)),
+                cover_1=within[1.0],
+                cover_2=within[2.0],
                 pass_rate=passed.share,
                 pass_low=passed.low,
                 pass_high=passed.high,

@@ -29,9 +29,9 @@ from scenarios.experiments.scenario import Value, place_of, setup_of, with_setti
 from scenarios.experiments.scenario_files import MOTION, SEEDS
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study_folder import StudyFolder, study_folder
-from scenarios.experiments.trials import IDENTIFY, Task, Work, run_task, trial_schema
-from scenarios.experiments.workers import GivenUp, Workers, completed
-from scenarios.support.errors import StudyError
+from scenarios.experiments.trials import MakeRows, Task, judged_rows, run_task, trial_schema
+from scenarios.experiments.workers import Workers, completed
+from scenarios.support.errors import CountedError, ScenarioError
 from scenarios.support.progress import progress_of
 from scenarios.support.versions import versions
 
@@ -65,7 +65,7 @@ class Study:
         trial: Function that returns the trial of a number.
         schema: Columns of its rows.
         identity: Identity of the study besides kind and scenario; JSON values.
-        work: Functions that make the rows of trials.
+        rows: Function that makes the rows of a trial.
         rows_per_joint: Number of rows of a trial for each joint.
     """
 
@@ -75,7 +75,7 @@ class Study:
     trial: Callable[[int], Trial]
     schema: pa.Schema
     identity: Mapping[str, object]
-    work: Work = IDENTIFY
+    rows: MakeRows = judged_rows
     rows_per_joint: int = 1
 
 
@@ -83,13 +83,13 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
     """Return the study of `count` trials.
 
     Raises:
-        StudyError: If there are not enough seeds or part names.
+        ScenarioError: If there are not enough seeds or part names.
         ScenarioError: If the target or distribution of a draw does not exist.
     """
     if count > MOST_TRIALS:
-        raise StudyError(f"a study has {MOST_TRIALS} trials at most; request fewer")
+        raise ScenarioError(f"a study has {MOST_TRIALS} trials at most; request fewer")
     if seed + count > SEEDS:
-        raise StudyError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
+        raise ScenarioError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
     check_draws(scenario)
     return Study(
         kind="monte-carlo",
@@ -146,21 +146,23 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         seed: Seed of both designs.
 
     Raises:
-        StudyError: If a number is not such a power of 2; if the scenario expects no gain.
+        ScenarioError: If a number is not such a power of 2; if the scenario expects no gain.
         ScenarioError: If the scenario declares no sources or wrong ones.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
             text = str(number) if number < 10**20 else f"{str(number)[:6]}... ({len(str(number))} digits)"
-            raise StudyError(f"{name} = {text}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
+            raise ScenarioError(f"{name} = {text}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
     check_draws(scenario)
     if not any(scenario.table.tolerance.identifiable):
-        raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
+        raise ScenarioError(
+            f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute"
+        )
     sources = sources_of(scenario)
-    names, width = list(sources.width), sum(sources.width.values())
+    names = list(sources.columns)
 
     def every(row: Array) -> dict[str, Array]:
-        return {name: row[sources.columns(name)] for name in names}
+        return {name: row[sources.columns[name]] for name in names}
 
     def trial(number: int) -> Trial:
         index, sample = divmod(number - 1, repeats)
@@ -169,17 +171,18 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
             design, source, sample, on = ALONE, NONE, 0, dict[str, Array]()
         elif index < len(names):
             design, source = ALONE, names[index]
-            on = {source: _uniform(sources.width[source], repeats, seed, 2 + index)[sample]}
+            own = sources.columns[source]
+            on = {source: _uniform(own.stop - own.start, repeats, seed, 2 + index)[sample]}
         elif rest < 0:
             sample = rest + TOGETHER * repeats
-            design, source, on = ALONE, ALL, every(_uniform(width, TOGETHER * repeats, seed, 1)[sample])
+            design, source, on = ALONE, ALL, every(_uniform(sources.width, TOGETHER * repeats, seed, 1)[sample])
         else:
             sample, column = divmod(rest, len(names) + 2)
             design, source = SOBOL, ("A", "B", *names)[column]
-            A, B = np.split(_uniform(2 * width, samples, seed, 0)[sample], 2)
+            A, B = np.split(_uniform(2 * sources.width, samples, seed, 0)[sample], 2)
             row = B if source == "B" else A.copy()
             if column > 1:
-                row[sources.columns(source)] = B[sources.columns(source)]
+                row[sources.columns[source]] = B[sources.columns[source]]
             on = every(row)
         switched = settings_with(sources, on)
         labels = dict(zip(LABELS, (design, source, str(sample)), strict=True))
@@ -211,7 +214,7 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
     Rows do not depend on the workers. The record states the user's command; progress is shown on a console on stderr.
 
     Raises:
-        StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.
+        ScenarioError: If the folder holds another study or cannot be written, or workers cannot run trials.
         ScenarioError: If the scenario or its draws are wrong.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
@@ -263,15 +266,15 @@ def _results(study: Study, missing: Sequence[range], workers: Workers | None) ->
     chunks = (
         range(start, min(start + size, gap.stop)) for gap in missing for start in range(gap.start, gap.stop, size)
     )
-    tasks = (Task(study.scenario, tuple(map(study.trial, chunk)), study.schema, here, study.work) for chunk in chunks)
+    tasks = (Task(study.scenario, tuple(map(study.trial, chunk)), study.schema, here, study.rows) for chunk in chunks)
     if workers is None:
         yield from ((len(task.trials), run_task(task)) for task in tasks)
         return
     with closing(completed(workers, run_task, tasks)) as results:
         for task, outcome in results:
-            if isinstance(outcome, GivenUp):
-                lost = [Failure(trial=trial, kind=outcome.failure, reason=outcome.reason) for trial in task.trials]
-                rows = [row for failure in lost for row in study.work.failed(study.scenario, failure)]
+            if isinstance(outcome, CountedError):
+                lost = [Failure(trial=trial, error=outcome) for trial in task.trials]
+                rows = [row for failure in lost for row in study.rows(study.scenario, failure)]
                 outcome = pa.Table.from_pylist(rows, study.schema)
             yield len(task.trials), outcome
 
@@ -296,10 +299,10 @@ def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None 
     """Run a study and keep its rows in memory; they do not depend on the workers, this process if None.
 
     Raises:
-        StudyError: If there is no trial to run; if workers cannot run trials.
+        ScenarioError: If there is no trial to run; if workers cannot run trials.
     """
     if study.count < 1:
-        raise StudyError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
+        raise ScenarioError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
     with nullcontext() if workers is None else workers as opened:
         tables = [rows for _, rows in _results(study, [range(study.count)], opened)]
     return StudyRows(pa.concat_tables(tables).sort_by([("trial", "ascending"), ("joint", "ascending")]))

@@ -10,10 +10,10 @@ import json
 import os
 import shlex
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -23,7 +23,7 @@ from filelock import FileLock, Timeout
 from ident.support.naming import one_line
 from scenarios.experiments.schema import Scenario, ScenarioTable
 from scenarios.experiments.trials import OUTSIDE
-from scenarios.support.errors import ScenarioError, StudyError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import files, versions
 
 if TYPE_CHECKING:
@@ -34,9 +34,8 @@ WHOLE, LOST = ".parquet", ".lost.parquet"
 """Endings of names of parts: finished trials, and trials to be repeated."""
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A file of rows: its trials, and whether they are `WHOLE` or `LOST`."""
+class Part(NamedTuple):
+    """A file of rows: its trials, and its ending, `WHOLE` or `LOST`."""
 
     trials: range
     ending: str
@@ -49,11 +48,9 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """A study's folder.
+    """A study's folder and the number of rows of each trial.
 
-    Attributes:
-        path: The folder.
-        rows_per_trial: Rows of each trial, one per joint.
+    Methods that read parts raise `ScenarioError` if a file is not a part, does not match its name, or is damaged.
     """
 
     path: Path
@@ -65,34 +62,28 @@ class StudyFolder:
         return self.path / TRIALS
 
     def parts(self) -> list[Part]:
-        """The existing parts, in order of their trials.
-
-        Raises:
-            StudyError: If a file is not a part, or does not match its name.
-        """
+        """The existing parts, in order of their trials."""
         parts = [self._part(path) for path in self.trials.iterdir()] if self.trials.is_dir() else []
         parts.sort(key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
             if after.trials.start < before.trials.stop:
-                raise StudyError(f"{self.trials / after.name}: its trials are also in {before.name}; move one away")
+                raise ScenarioError(f"{self.trials / after.name}: its trials are also in {before.name}; move one away")
         return parts
 
     def _part(self, path: Path) -> Part:
-        numbers, _, ending = path.name.partition(".")
+        """Return the part in a file, whose name and number of rows must fit the trials in it."""
         try:
-            first, last = map(int, numbers.split("-"))
             found = pq.read_metadata(path)
             at = found.schema.names.index("trial")
             groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
-            there = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
+            trials = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
         except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
-            raise StudyError(f"{path}: not part of a study; move it away") from error
-        part, trials = Part(range(first, last + 1), f".{ending}"), f"trials {there.start} to {there.stop - 1}"
-        if part.ending not in (WHOLE, LOST) or path.name != part.name or there != part.trials:
-            raise StudyError(f"{path}: contains {trials}; move it away")
-        if found.num_rows != len(part.trials) * self.rows_per_trial:
-            raise StudyError(f"{path}: its {found.num_rows} rows are not those of {trials}; move it away")
-        return part
+            raise ScenarioError(f"{path}: not part of a study; move it away") from error
+        for part in (Part(trials, ending) for ending in (WHOLE, LOST)):
+            if path.name == part.name and found.num_rows == len(trials) * self.rows_per_trial:
+                return part
+        rows = f"{found.num_rows} rows of trials {trials.start} to {trials.stop - 1}"
+        raise ScenarioError(f"{path}: contains {rows}, which is not what its name says; move it away")
 
     def missing(self, count: int) -> list[range]:
         """Return the unfinished trials of the first `count`, including lost ones, in order."""
@@ -110,11 +101,7 @@ class StudyFolder:
                 (self.trials / part.name).unlink()
 
     def keep(self, rows: pa.Table) -> None:
-        """Write the rows of consecutive trials: finished and lost trials separately, each part atomically.
-
-        Raises:
-            StudyError: If they cannot be written; existing parts remain.
-        """
+        """Write the rows of consecutive trials: finished and lost trials separately, each part atomically."""
         lost: set[int] = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
         numbers: list[int] = rows["trial"].unique().sort().to_pylist()
         for is_lost, run in itertools.groupby(numbers, key=lost.__contains__):
@@ -125,21 +112,17 @@ class StudyFolder:
             _write(self.trials / part.name, content.getvalue().to_pybytes(), self.path / UNFINISHED)
 
     def tables(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-        """Yield the rows of one part after the other, to save memory.
-
-        Raises:
-            StudyError: If one cannot be read.
-        """
+        """Yield the rows of one part after the other, to save memory."""
         for part in self.parts():
             path = self.trials / part.name
             try:
                 with pq.ParquetFile(path) as file:
                     yield file.read(columns=columns and list(columns), use_threads=False)
             except (OSError, pa.ArrowException) as error:
-                raise StudyError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
+                raise ScenarioError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
     def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
-        """Return all existing rows, sorted by trial, method (if several) and joint; raises as `tables`."""
+        """Return all existing rows, sorted by trial, method (if several) and joint."""
         rows = pa.concat_tables(self.tables(columns)).to_pandas()
         keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
         return rows.sort_values(keys, ignore_index=True)
@@ -155,7 +138,7 @@ def _write(path: Path, content: bytes, unfinished: Path) -> None:
         unfinished.replace(path)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
-        raise StudyError(
+        raise ScenarioError(
             f"{path}: cannot be written: {error.strerror}; finished trials are kept; free disk space and "
             "repeat the command"
         ) from error
@@ -171,8 +154,8 @@ def study_folder(
     requested so far, and the command.
 
     Raises:
-        StudyError: If it cannot be created or written; if it is not a study or another one (the message names the first
-            difference); if it is open elsewhere; if its record cannot be read.
+        ScenarioError: If it cannot be created or written; if it is no study, or another one (the message names the
+            first difference); if it is open elsewhere; if its record cannot be read.
     """
     path = path.absolute()
     try:
@@ -180,39 +163,38 @@ def study_folder(
             strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
             if strange or any((path / TRIALS).glob("*")):
                 named = [*strange, TRIALS][0]
-                raise StudyError(f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out")
+                raise ScenarioError(
+                    f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out"
+                )
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StudyError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
-    lock = FileLock(path / LOCK)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout as error:
-        raise StudyError(f"{path}: another process uses this folder; wait for it or use another --out") from error
-    try:
+        raise ScenarioError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
+    with ExitStack() as held:
+        try:
+            held.enter_context(FileLock(path / LOCK, timeout=0))
+        except Timeout as error:
+            raise ScenarioError(f"{path}: another process uses it; wait for it or use another --out") from error
         (path / UNFINISHED).unlink(missing_ok=True)
         wanted = json.loads(json.dumps({**identity, "files": files(), "versions": versions()}))
         if (path / STUDY).exists():
             known = _record(path / STUDY)
             difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
             if difference is not None:
-                raise StudyError(f"{path}: belongs to another study: {difference}; use another --out")
-            count = max(count, int(str(known["trials"])))
+                raise ScenarioError(f"{path}: belongs to another study: {difference}; use another --out")
+            count = max(count, known["trials"])
         record = {**wanted, "trials": count, "command": command}
         _write(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
         yield StudyFolder(path, rows_per_trial)
-    finally:
-        lock.release()
 
 
-def _record(path: Path) -> dict[str, object]:
+def _record(path: Path) -> dict[str, Any]:
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         if isinstance(record["trials"], int):
             return record
     except (ValueError, KeyError, TypeError):
         pass
-    raise StudyError(f"{path}: not the record of a study; use another --out")
+    raise ScenarioError(f"{path}: not the record of a study; use another --out")
 
 
 def _first_difference(there: object, here: object, place: str) -> str | None:
@@ -247,22 +229,20 @@ def read_study(folder: Path) -> StoredStudy:
     """Read a finished study from its folder; nothing is opened for writing.
 
     Raises:
-        ScenarioError: If its record is damaged or from another version; if trials are missing.
-        StudyError: If a part is damaged or missing.
+        ScenarioError: If its record is damaged or from another version; if trials are missing or damaged.
     """
     path = folder / STUDY
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = _record(path)
         stated = record["scenario"]
         table = ScenarioTable.model_validate_json(json.dumps({"description": "", **stated["table"]}))
-        scenario = Scenario(str(stated["name"]), folder, table)
         words = shlex.split(record["command"])
         found = StoredStudy(
-            scenario=scenario,
-            named=words[2] if len(words) > 2 else scenario.name,
+            scenario=Scenario(str(stated["name"]), folder, table),
+            named=words[2] if len(words) > 2 else str(stated["name"]),
             seed=int(record["seed"]),
-            trials=int(record["trials"]),
-            command=str(record["command"]),
+            trials=record["trials"],
+            command=record["command"],
             versions=dict(record["versions"]),
             rows=StudyFolder(folder, len(table.tolerance.gain)),
         )

@@ -14,10 +14,10 @@ from threadpoolctl import threadpool_limits
 
 from ident.estimation.estimate import IdentifiedGain
 from ident.support.errors import IdentificationError
-from scenarios.experiments.run import Failure, Simulated, Trial, failure_of, identified, simulate_trials
+from scenarios.experiments.run import Failure, Simulated, Trial, identified, simulate_trials
 from scenarios.experiments.scenario import Value, setup_of, value_at
 from scenarios.experiments.schema import Scenario
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
 
 SHARES = ("residual_std", "payload_std", "model_std")
@@ -46,6 +46,8 @@ TIDY_EVERY = 8
 """Trials after which free memory is given back."""
 Rows = list[dict[str, object]]
 """Rows by column."""
+MakeRows = Callable[[Scenario, Simulated | Failure], Rows]
+"""A picklable function that returns the rows of a trial; an `IdentificationError` is a failure of the trial."""
 
 
 def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
@@ -70,45 +72,33 @@ def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
     return columns
 
 
-def judged_rows(simulated: Simulated) -> Rows:
-    """Identify a simulated trial, and return the verdict on each joint."""
-    run, trial = identified(simulated), simulated.trial
-    common = {"trial": trial.number, "seed": trial.seed, **trial.labels, **setting_columns(simulated.settings)}
+def common_columns(outcome: Simulated | Failure) -> dict[str, object]:
+    """Return the columns that all rows of a trial have in common."""
+    trial = outcome.trial
+    return {"trial": trial.number, "seed": trial.seed, **trial.labels, **setting_columns(outcome.settings)}
+
+
+def judged_rows(scenario: Scenario, outcome: Simulated | Failure) -> Rows:
+    """Identify a simulated trial with the scenario's method, and return the verdict on each joint.
+
+    The rows of a trial without estimate are not identifiable, not passed, and have the reason.
+    """
+    common = common_columns(outcome)
+    if isinstance(outcome, Failure):
+        setup, reason = outcome.setup, str(outcome.error) or outcome.kind
+        tolerance = (scenario if setup is None else setup.scenario).table.tolerance
+        true = [None] * len(tolerance.gain) if setup is None else setup.true_gain.tolist()
+        common |= {"failure": outcome.kind, "reason": reason, "identifiable": False, "passed": False}
+        return [
+            {**common, "joint": joint, "true": gain, "tolerance": allowed}
+            for joint, (gain, allowed) in enumerate(zip(true, tolerance.gain, strict=True), 1)
+        ]
+    run = identified(outcome)
     shares = [
         {name: getattr(gain, name) for name in SHARES if isinstance(gain, IdentifiedGain)}
         for gain in run.estimate.joints
     ]
     return [{**common, **asdict(verdict), **own} for verdict, own in zip(run.verdict.gains, shares, strict=True)]
-
-
-def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
-    """Return the rows of a trial without estimate, one per joint: not identifiable, not passed, with the reason."""
-    trial, setup = failure.trial, failure.setup
-    tolerance = (scenario if setup is None else setup.scenario).table.tolerance
-    true = [None] * len(tolerance.gain) if setup is None else setup.true_gain.tolist()
-    common = {"trial": trial.number, "seed": trial.seed, "failure": failure.kind, "reason": failure.reason}
-    common |= {"identifiable": False, "passed": False, **trial.labels, **setting_columns(failure.settings)}
-    return [
-        {**common, "joint": joint, "true": gain, "tolerance": allowed}
-        for joint, (gain, allowed) in enumerate(zip(true, tolerance.gain, strict=True), 1)
-    ]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Work:
-    """Functions that make the rows of trials. Must be picklable: functions of modules, and plain values.
-
-    Attributes:
-        rows: Returns the rows of a simulated trial; an `IdentificationError` is a failure of the trial.
-        failed: Returns the rows of a failed trial.
-    """
-
-    rows: Callable[[Simulated], Rows] = judged_rows
-    failed: Callable[[Scenario, Failure], Rows] = failed_rows
-
-
-IDENTIFY = Work()
-"""Identify with the scenario's method, and judge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,50 +110,48 @@ class Task:
         trials: The trials.
         schema: Columns, from `trial_schema`.
         versions: Versions of the study's process.
-        work: Functions that make the rows.
+        rows: Function that makes the rows of a trial.
     """
 
     scenario: Scenario
     trials: tuple[Trial, ...]
     schema: pa.Schema
     versions: Mapping[str, str] = field(default_factory=dict[str, str])
-    work: Work = IDENTIFY
+    rows: MakeRows = judged_rows
 
 
 def run_task(task: Task) -> pa.Table:
     """Simulate trials, many in one batch, identify and judge each, on one thread.
 
     Returns:
-        The rows in the order of the trials; they do not depend on the division into batches. A failed trial has n rows
-        with the reason.
+        The rows in the order of the trials; they do not depend on the division into batches.
 
     Raises:
-        StudyError: If this process has other versions, as rows would differ.
+        ScenarioError: If this process has other versions, as rows would differ.
     """
     here = versions() if task.versions else {}
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:
-            raise StudyError(
+            raise ScenarioError(
                 f"a worker has {name} {here.get(name)}, the study began with {wanted}; install that version there"
             )
     with threadpool_limits(1):
-        table = pa.Table.from_pylist(_rows(task.scenario, task.trials, task.work), task.schema)
+        table = pa.Table.from_pylist(_rows(task.scenario, task.trials, task.rows), task.schema)
     give_back_memory()
     return table
 
 
-def _rows(scenario: Scenario, trials: Sequence[Trial], work: Work) -> Rows:
+def _rows(scenario: Scenario, trials: Sequence[Trial], make: MakeRows) -> Rows:
     """Return the rows of trials; an unexpected error affects only the trial in which it occurs."""
     rows: dict[int, Rows] = {}
     try:
         for outcome in simulate_trials(setup_of(scenario), trials):
-            if isinstance(outcome, Simulated):
-                try:
-                    rows[outcome.trial.number] = work.rows(outcome)
-                except IdentificationError as error:
-                    rows[outcome.trial.number] = work.failed(scenario, failure_of(outcome, error))
-            else:
-                rows[outcome.trial.number] = work.failed(scenario, outcome)
+            number = outcome.trial.number
+            try:
+                rows[number] = make(scenario, outcome)
+            except IdentificationError as error:
+                assert isinstance(outcome, Simulated), "a failure is not identified"
+                rows[number] = make(scenario, outcome.failed(error))
             del outcome  # else its recordings would coexist with those of the next trial
             if gc.get_freeze_count():  # in a worker, where a collection is quick: cycles of a trial hold 40 MB
                 gc.collect()
@@ -171,10 +159,8 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], work: Work) -> Rows:
                 give_back_memory()
     except Exception as error:
         if len(trials) == 1:
-            # NumPy has its own MemoryError
-            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__
-            return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
-        return [row for trial in trials for row in _rows(scenario, [trial], work)]
+            return make(scenario, Failure(trial=trials[0], error=error))
+        return [row for trial in trials for row in _rows(scenario, [trial], make)]
     return [row for trial in trials for row in rows[trial.number]]
 
 

@@ -32,12 +32,13 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
 from ident.support.naming import needed_extra
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import CountedError, ScenarioError
 
 SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the command"
 AHEAD = 2
@@ -70,7 +71,7 @@ class Workers:
 
     Attributes:
         open: Creates an executor; called again after a dying worker has broken the last one.
-        count: Returns the current number of workers, for the length of the queue; raises `StudyError` if they are no
+        count: Returns the current number of workers, for the length of the queue; raises `ScenarioError` if they are no
             longer reachable.
         died: Exceptions of a task's future if its worker has died.
         close: Shuts down an executor without waiting for its tasks.
@@ -82,31 +83,22 @@ class Workers:
     close: Callable[[Executor], None] = lambda executor: executor.shutdown(wait=False, cancel_futures=True)
 
 
-@dataclass(frozen=True, slots=True)
-class GivenUp:
-    """Failure of a task: `WorkerDied` or `WorkerFailed`, and the reason."""
-
-    failure: str
-    reason: str
-
-
 def completed(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
-) -> Generator[tuple[Task, Result | GivenUp]]:
+) -> Generator[tuple[Task, Result | CountedError]]:
     """Run a function on every task.
 
     The function and its tasks must be picklable; tasks are taken as workers become free.
 
     Yields:
-        Each task with its result, in order of completion.
+        Each task with its result, or `WorkerDied` or `WorkerFailed`, in order of completion.
 
     Raises:
-        StudyError: As the function; if the workers are unreachable or cannot import the function; if the first tasks
+        ScenarioError: As the function; if the workers are unreachable or cannot import the function; if the first tasks
             are all abandoned.
     """
     queue, suspects = iter(tasks), deque[Task]()
-    returned = given_up = 0
-    alone, pending = False, True
+    returned, given_up, alone, pending = 0, 0, False, True
     while pending:
         source = iter([suspects.popleft()]) if alone else queue
         executor, running, broken = workers.open(), dict[Future[Result], Task](), False
@@ -126,37 +118,40 @@ def completed(
                     workers.count()  # raises if they are no longer reachable
                 for future in finished:
                     task, outcome = running.pop(future), _outcome(future, workers.died)
-                    if isinstance(outcome, GivenUp) and not alone:
+                    if not isinstance(outcome, CountedError):
+                        returned += 1
+                    elif alone:
+                        given_up += 1
+                    else:
                         suspects.append(task)
                         broken = True
                         continue
-                    given_up += isinstance(outcome, GivenUp)
-                    returned += not isinstance(outcome, GivenUp)
                     yield task, outcome
-                    if isinstance(outcome, GivenUp) and given_up == HOPELESS and not returned:
-                        raise StudyError(
-                            f"none of the first {HOPELESS} chunks of trials returned: {outcome.reason}; fix the cause "
-                            "and repeat the command"
+                    if given_up == HOPELESS and not returned:
+                        raise ScenarioError(
+                            f"none of the first {HOPELESS} chunks of trials returned: {outcome}; fix the cause and "
+                            "repeat the command"
                         )
         finally:
             workers.close(executor)
         pending, alone = alone or broken, bool(suspects)
 
 
-def _outcome(future: Future[Result], died: type[Exception]) -> Result | GivenUp:
+def _outcome(future: Future[Result], died: type[Exception]) -> Result | CountedError:
     try:
         return future.result()
-    except StudyError:
+    except ScenarioError:
         raise
     except CancelledError as error:  # not by this process
-        raise StudyError(SCHEDULER_GONE) from error
+        raise ScenarioError(SCHEDULER_GONE) from error
     except died:
-        return GivenUp("WorkerDied", "its worker died")
+        return CountedError("WorkerDied", "its worker died")
     except Exception as error:
         absent = error if isinstance(error, ImportError) else error.__cause__
         if isinstance(absent, ImportError):
-            raise StudyError(f"workers or scheduler cannot run trials: {absent}; install this version there") from error
-        return GivenUp("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])
+            said = f"workers or scheduler cannot run trials: {absent}; install this version there"
+            raise ScenarioError(said) from error
+        return CountedError("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])
 
 
 class _Pool(ProcessPoolExecutor):
@@ -206,8 +201,7 @@ def _start_method() -> str:
 
 
 def _set_environment(wanted: Mapping[str, str]) -> None:
-    for name in os.environ.keys() - wanted.keys():
-        del os.environ[name]
+    os.environ.clear()
     os.environ.update(wanted)
 
 
@@ -216,14 +210,13 @@ def _begin_work(environment: Mapping[str, str]) -> None:
     _set_environment(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # imports stay: a collection of the rest takes a quarter of a millisecond
+    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
 
-    def end_with_parent() -> None:
-        parent = multiprocessing.parent_process()
-        if parent is not None:
-            parent.join()
-            os._exit(1)
 
-    threading.Thread(target=end_with_parent, daemon=True).start()
+def _end_with(parent: BaseProcess | None) -> None:
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
@@ -231,13 +224,13 @@ def dask_workers(address: str) -> Generator[Workers]:
     """Workers of a Dask cluster, by the address of its scheduler, as `tcp://host:8786`, or its scheduler file.
 
     Raises:
-        StudyError: If Dask is not installed; if no scheduler answers.
+        ScenarioError: If Dask is not installed; if no scheduler answers.
     """
     try:
         from distributed import Client, KilledWorker
         from distributed.utils import LoopRunner
     except ImportError as error:
-        raise StudyError(str(needed_extra("distributed"))) from error
+        raise ScenarioError(str(needed_extra("distributed"))) from error
     for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each logger of Dask has its own level
         if name.partition(".")[0] in LOGGERS:  # a lost connection is reported here in one line
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -246,17 +239,17 @@ def dask_workers(address: str) -> Generator[Workers]:
         LoopRunner().run_sync(_greet, found)
         client = Client(found, timeout=PATIENCE)
     except TimeoutError as error:
-        raise StudyError(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
+        raise ScenarioError(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
     except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
-        raise StudyError(f"no Dask scheduler answers at {address}: {error}") from error
+        raise ScenarioError(f"no Dask scheduler answers at {address}: {error}") from error
 
     def count() -> int:
         if client.status not in ("running", "connecting"):
-            raise StudyError(SCHEDULER_GONE)
+            raise ScenarioError(SCHEDULER_GONE)
         try:
             return max(FEWEST, sum(client.ncores().values()))
         except OSError as error:
-            raise StudyError(SCHEDULER_GONE) from error
+            raise ScenarioError(SCHEDULER_GONE) from error
 
     with client:
         yield Workers(
@@ -270,14 +263,14 @@ def dask_workers(address: str) -> Generator[Workers]:
 def _address_in(file: Path) -> str:
     """Return the address in a scheduler file; wait while the scheduler writes it."""
     if not file.is_file():
-        raise StudyError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
+        raise ScenarioError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
     deadline = time.monotonic() + WRITTEN_WITHIN
     while True:
         try:
             return str(json.loads(file.read_bytes())["address"])
         except (ValueError, KeyError, TypeError) as error:
             if time.monotonic() > deadline:
-                raise StudyError(
+                raise ScenarioError(
                     f"{file}: not a scheduler file: it states no address; write one with `dask scheduler "
                     "--scheduler-file FILE`"
                 ) from error
@@ -299,48 +292,31 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _jobs(text: str) -> str:
-    most = MOST_PER_CORE * usable_cores()
-    try:
-        jobs = int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-    if not 1 <= jobs <= most:
-        cores = "1 core" if usable_cores() == 1 else f"{usable_cores()} cores"
-        raise argparse.ArgumentTypeError(f"expected a number from 1 to {most}; this machine has {cores} to use")
-    return text
+def _jobs(text: str) -> int:
+    cores = usable_cores()
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_PER_CORE * cores:
+        usable = f"{cores} core{'s' if cores > 1 else ''} to use"
+        raise argparse.ArgumentTypeError(
+            f"expected a number from 1 to {MOST_PER_CORE * cores}, not {text!r}; this machine has {usable}"
+        )
+    return int(text)
 
 
-def _address(text: str) -> str:
-    if not text:
-        raise argparse.ArgumentTypeError("expected tcp://HOST:PORT or a scheduler file")
-    return text
-
-
-OPTIONS = {
-    "jobs": ("J", _jobs, "processes on this machine (default: one per core)"),
-    "dask": ("ADDRESS", _address, "scheduler of a Dask cluster, tcp://HOST:PORT or its file"),
-}
-"""Options of the kinds of workers: name of the value, its check, and help."""
-
-
-def add_worker_options(parser: argparse.ArgumentParser, kinds: Iterable[str] = OPTIONS) -> None:
+def add_worker_options(parser: argparse.ArgumentParser, *, dask: bool = True) -> None:
     """Add one option per kind of workers; at most one may be used."""
-    group = parser.add_mutually_exclusive_group()
-    for kind in kinds:
-        metavar, checked, said = OPTIONS[kind]
-        group.add_argument(f"--{kind}", type=checked, metavar=metavar, help=said)
+    add = parser.add_mutually_exclusive_group().add_argument
+    add("--jobs", type=_jobs, metavar="J", help="processes on this machine (default: one per core)")
+    if dask:
+        add("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, tcp://HOST:PORT or its file")
 
 
 def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]:
     """Return the workers of parsed options."""
     address: str | None = getattr(options, "dask", None)
-    if address is not None:
-        return dask_workers(address)
-    return local_processes(usable_cores() if options.jobs is None else int(options.jobs))
+    return local_processes(options.jobs or usable_cores()) if address is None else dask_workers(address)
 
 
 def worker_words(options: argparse.Namespace) -> list[str]:
     """Return the command-line arguments that select the same workers."""
-    given = ((kind, getattr(options, kind)) for kind in OPTIONS)
-    return [word for kind, value in given if value is not None for word in (f"--{kind}", value)]
+    given = (("--jobs", options.jobs), ("--dask", options.dask))
+    return [word for name, value in given if value is not None for word in (name, str(value))]

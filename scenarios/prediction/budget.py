@@ -11,7 +11,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
 from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
-from scenarios.experiments.draws import numbers_needed, settings_from, settings_with, sources_of, spread_of
+from scenarios.experiments.draws import applied, numbers_needed, settings_from, settings_with, sources_of, spread_of
 from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable
 from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
@@ -19,7 +19,7 @@ from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Tab
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.diagnoses import diagnosed_values, horizon_paragraphs
 from scenarios.results.gains import budget_verdict
-from scenarios.support.errors import ScenarioError, StudyError
+from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 from sim.feedforward_currents import check_torque_limits
 
@@ -46,42 +46,21 @@ def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], A
     standard deviation of each independent number; values of a set are each taken in turn.
 
     Raises:
-        StudyError: If a number has no mean or standard deviation.
-        ScenarioError: If the draw is not possible.
+        ScenarioError: If the draw is not possible, or a number has no mean or standard deviation.
     """
     if draw.choice is not None:
         middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
         at = np.array([error(settings_from(draw, np.array([u]), table)) for u in middle])
         return np.stack((at.mean(axis=0), at.std(axis=0)))
-    mean, steps = dict[str, Array](), list[dict[str, Array]]()
-    bases = {place: np.atleast_1d(np.asarray(value_at(table, place), dtype=np.float64)) for place in draw.targets}
-    total, used = sum(map(len, bases.values())), 0
-    for place, base in bases.items():
-        spread = spread_of(draw, slice(used, used + len(base)), total)
-        used += len(base)
-        if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
-            raise StudyError(
-                f"{place}: distribution {draw.distribution} with these parameters has no finite mean or standard "
-                "deviation"
-            )
-        mean[place], std = {
-            "replace": (spread.mean, spread.std),
-            "add": (base + spread.mean, spread.std),
-            "multiply": (base * spread.mean, base * spread.std),
-        }[draw.apply]
-        if draw.shared:
-            steps = steps or [{}]
-            steps[0][place] = std
-        else:
-            steps += [{place: each} for each in np.diag(std)]
-
-    def moved(step: Mapping[str, Array]) -> Array:
-        numbers = {place: each + step.get(place, 0.0) for place, each in mean.items()}
-        lists = {place: isinstance(value_at(table, place), list) for place in numbers}
-        return error({place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()})
-
-    bias = moved({})
-    return np.stack((bias, np.linalg.norm([moved(step) - bias for step in steps], axis=0)))
+    mean, std = spread_of(draw, table)
+    if not (np.isfinite(mean).all() and np.isfinite(std).all()):
+        raise ScenarioError(
+            f"{', '.join(draw.targets)}: distribution {draw.distribution} with these parameters has no finite mean or "
+            "standard deviation"
+        )
+    bias = error(applied(draw, mean, table))
+    steps = [std] if draw.shared else np.diag(std)
+    return np.stack((bias, np.linalg.norm([error(applied(draw, mean + step, table)) - bias for step in steps], axis=0)))
 
 
 class Predictor:
@@ -101,7 +80,7 @@ class Predictor:
         """Linearise the estimate, and prepare the logs and their noise with every source off.
 
         Raises:
-            StudyError: If the scenario declares no error sources or requires no gain; if there is no first-order model
+            ScenarioError: If the scenario declares no error sources or requires no gain; if there is no first-order model
                 of its method.
             ScenarioError: If a source is wrong.
             IdentificationError: If there is no gain to identify.
@@ -110,13 +89,13 @@ class Predictor:
         sources, table = sources_of(scenario), scenario.table
         wanted = np.flatnonzero(table.tolerance.identifiable)
         if not wanted.size:
-            raise StudyError(
+            raise ScenarioError(
                 f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute"
             )
         middle = dict[str, Value]()
         for draw in table.random.values():
             middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
-        middle |= settings_with(sources, {name: np.full(width, 0.5) for name, width in sources.width.items()}).settings
+        middle |= settings_with(sources, sources.medians()).settings
         setup = setup_of(with_settings(scenario, middle))
         self.linear = Linearised.of(setup, enough(setup))
         self.joints: Indices = wanted[self.linear.estimate.identifiable[wanted]]
@@ -134,10 +113,10 @@ class Predictor:
         """Return mean and standard deviation of the errors from a noise, all other sources off, shape (2, k).
 
         Raises:
-            StudyError: If its spectrum is unknown.
+            ScenarioError: If its spectrum is unknown.
         """
         if stream not in self._variances:
-            raise StudyError(f"{NO_SPECTRUM} {stream}")
+            raise ScenarioError(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
 
     def drawn(self, source: DrawTable) -> Array:
@@ -146,12 +125,12 @@ class Predictor:
         If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
 
         Raises:
-            StudyError: If neither is possible; if a number has no mean or standard deviation.
+            ScenarioError: If neither is possible; if a number has no mean or standard deviation.
             ScenarioError: If the draw is not possible.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
-            raise StudyError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
+            raise ScenarioError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
         logged = all(place.startswith(TAKEN) for place in source.targets)
         return moments(source, self._off.table, self._by_currents if logged else self._again)
 
@@ -159,7 +138,7 @@ class Predictor:
         setup, logs = self._logged(settings)
         for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
             if stronger := quiet.louder(experiment.sensors, self.linear.every):
-                raise StudyError(
+                raise ScenarioError(
                     f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
                 )
         inverse = 1.0 / self._quiet.true_gain[self.joints]
@@ -174,7 +153,7 @@ class Predictor:
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         lost = np.setdiff1d(self.joints, now.joints)
         if lost.size:
-            raise StudyError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
+            raise ScenarioError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
         at = np.searchsorted(now.joints, self.joints)
         truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0

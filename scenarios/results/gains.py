@@ -154,8 +154,8 @@ class Result(DiagnosedResult):
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
         """Return the result of a run, with true values."""
-        found = Identification(run.estimate, run.notes, run.found, prepared=run.prepared)
-        result, bodies, cost = cls.of_identification(found, run.identify_s), run.setup.true_payloads.values(), run.cost
+        result, cost = cls.of_identification(run.identification, run.identify_s), run.cost
+        bodies = run.setup.true_payloads.values()
         true = dict[str, float]()  # with several payloads, a name is ambiguous
         for body in bodies if len(bodies) == 1 else ():
             numbers = standard_parameters(body.mass, body.com, body.inertia).tolist()

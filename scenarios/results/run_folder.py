@@ -76,7 +76,8 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
         "payloads": bodies,
     }
     (folder / TRUTH).write_text(to_json(truth) + "\n", encoding="utf-8")
-    assert run.prepared is not None, "a run has what it was identified from"
+    prepared = run.identification.prepared
+    assert prepared is not None, "a run has what it was identified from"
     save_result(
         folder,
         Result.of_run(run),
@@ -85,7 +86,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
         title=f"Scenario {setup.scenario.name}, seed {run.seed}: {setup.scenario.table.description}",
         command=command,
         names=_motions(setup),
-        fit=fit_of(run.prepared, run.estimate),
+        fit=fit_of(prepared, run.estimate),
         more=more,
         scenario=named,
         scene=None if named is None else scene_digest(setup.scenario),

@@ -19,7 +19,7 @@ from scenarios.rendering.plot import COLOURS, LIMIT, Plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -187,13 +187,15 @@ class Budget(ResultModel):
         """Compute the budget of a sensitivity study.
 
         Raises:
-            StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
+            ScenarioError: If no trial gave the gain of a joint that should have one; if a part is damaged.
         """
         limits, rows = scenario.table.tolerance, folder.table(NEEDED)
         wanted = [joint for joint, identifiable in enumerate(limits.identifiable, 1) if identifiable]
         joints = [joint_budget(rows, joint, list(scenario.table.sources), seed) for joint in wanted]
         if silent := ", ".join(str(each.joint) for each in joints if not each.costs):
-            raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows")
+            raise ScenarioError(
+                f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows"
+            )
         tolerance = [limits.gain[joint - 1] for joint in wanted]
         return cls(scenario=scenario.name, trials=trials, joints=joints, tolerance=tolerance)
 

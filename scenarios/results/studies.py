@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -162,7 +161,7 @@ class StudyResult(ResultModel):
 
     def write(self, folder: Path) -> Path:
         """Write `SUMMARY`, one row per joint."""
-        pd.DataFrame([asdict(joint) for joint in self.joints]).to_parquet(folder / SUMMARY, index=False)
+        pd.DataFrame([dict(joint) for joint in self.joints]).to_parquet(folder / SUMMARY, index=False)
         return folder / SUMMARY
 
 

@@ -6,23 +6,19 @@ one-line message.
 
 
 class ScenarioError(ValueError):
-    """An impossible scenario or use of one."""
+    """An impossible scenario or study, or use of one."""
 
 
 class WrongValue(ScenarioError):
     """A value of the wrong type or outside its range, the name of what does not exist, or a draw of such a value."""
 
 
-class StudyError(ScenarioError):
-    """A study that cannot be run."""
-
-
-class MethodError(ScenarioError):
-    """A call of a method without an answer; it is counted, never raised to the user.
+class CountedError(ScenarioError):
+    """A task of a study or a call of a method without a result; studies count it by `kind`, no user sees it raised.
 
     Attributes:
-        kind: `MethodTimedOut`, `MethodOutOfMemory`, `MethodCrashed` or `MethodNotStarted`; of an answer `NoAnswer`,
-            `NotFinite`, `WrongForm`, `WrongJoints` or `ImpossibleGain`.
+        kind: `WorkerDied` or `WorkerFailed`; of a call `MethodTimedOut`, `MethodOutOfMemory`, `MethodCrashed` or
+            `MethodNotStarted`; of an answer `NoAnswer`, `NotFinite`, `WrongForm`, `WrongJoints` or `ImpossibleGain`.
     """
 
     def __init__(self, kind: str, message: str) -> None:

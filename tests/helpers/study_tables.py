@@ -11,4 +11,4 @@ def gathered(rows: pd.DataFrame) -> StudyRows:
     """As a study's parts hold them; columns that are left out are null."""
     schema = pa.schema([CONTRACT.field(name) for name in COLUMNS])
     table = pa.Table.from_pandas(rows.reindex(columns=list(COLUMNS)), schema, preserve_index=False)
-    return study_rows([table], trials=len(table))
+    return study_rows([table])

@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 
 
 def double(x: int) -> int:
@@ -38,4 +38,4 @@ def fail(x: int) -> int:
 
 
 def refuse(x: int) -> int:
-    raise StudyError("this worker is of another version")
+    raise ScenarioError("this worker is of another version")

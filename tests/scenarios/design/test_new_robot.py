@@ -21,7 +21,7 @@ from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
 from scenarios.design.model_facts import ModelFacts
 from scenarios.design.new_robot import bar, home_pose, new_robot
-from scenarios.experiments.scenario import body_of
+from scenarios.experiments.schema import body_of
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError, TrajectoryError
 from sim.plant import bare_arm

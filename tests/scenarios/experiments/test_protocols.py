@@ -62,7 +62,8 @@ def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_paylo
     several = run(protocol_setup(tmp_path, FOUR), 0)
     truths = []
     for each in (repeated, several):
-        truths.append(Result.of_run(replace(each, estimate=replace(each.estimate, payload=found))).payload[0].true)
+        identification = replace(each.identification, estimate=replace(each.estimate, payload=found))
+        truths.append(Result.of_run(replace(each, identification=identification)).payload[0].true)
     assert truths == [7.025, None]
 
 

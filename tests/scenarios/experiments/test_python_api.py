@@ -11,7 +11,7 @@ from quick import BRIEF, RANDOM, quick_scenario
 import ident
 import scenarios
 from scenarios.cli import main
-from scenarios.support.errors import ScenarioError, StudyError, WrongValue
+from scenarios.support.errors import ScenarioError, WrongValue
 
 CUTOFF = "identification.observe.cutoff_hz"
 
@@ -111,5 +111,5 @@ def test_a_study_without_a_trial_is_refused(quick):
         lambda: quick.sweep({CUTOFF: []}, seeds=2),
         lambda: quick.sweep({CUTOFF: [9.0]}, seeds=0),
     ):
-        with pytest.raises(StudyError, match="has no trial"):
+        with pytest.raises(ScenarioError, match="has no trial"):
             empty()

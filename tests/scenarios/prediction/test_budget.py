@@ -15,7 +15,7 @@ from scenarios.experiments.scenario import load_scenario, setup_of, with_setting
 from scenarios.experiments.schema import DrawTable, Scenario, SourceTable
 from scenarios.prediction.budget import OTHER, PredictedBudget, moments, predicted_budget
 from scenarios.prediction.predictor import enough, expected_preparation
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 
 FRICTION, DRIFT = "plant.errors.load_friction", "plant.errors.coulomb_drift"
 WHITE = f"{SENSORS}current_white"
@@ -117,7 +117,7 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
         (OTHER, "no first-order model for drive_clocks"),
         (OTHER, "no first-order model for samples"),
     ]
-    with pytest.raises(StudyError, match="declares no error sources"):
+    with pytest.raises(ScenarioError, match="declares no error sources"):
         predicted_budget(sourced(quick))
 
 

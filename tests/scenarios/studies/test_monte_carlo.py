@@ -20,7 +20,7 @@ from scenarios.experiments.run import motion_streams, run
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.study import carry_out, monte_carlo
 from scenarios.experiments.workers import Workers
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 from sim.record import each_record
 
 CONTRACT = [
@@ -169,7 +169,7 @@ def test_more_trials_than_a_study_can_have_are_refused():
         (10**8 + 1, 0, "a study has 100000000 trials at most; request fewer"),
         (3, 2**31 - 2, r"3 trials from seed 2147483646 need seeds beyond 2\^31 - 1"),
     ):
-        with pytest.raises(StudyError, match=message):
+        with pytest.raises(ScenarioError, match=message):
             monte_carlo(load_scenario("nominal"), count, seed)
 
 
@@ -177,7 +177,7 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     monkeypatch.setattr(trials, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
-    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
+    with pytest.raises(ScenarioError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 

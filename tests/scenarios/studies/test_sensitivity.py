@@ -13,7 +13,7 @@ from scenarios.experiments.scenario_files import CATALOG
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL, sensitivity, study_identity
 from scenarios.results.sensitivity import joint_budget, sobol_indices
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 
 
 def two_sources(folder: Path) -> Scenario:
@@ -34,15 +34,14 @@ def two_sources(folder: Path) -> Scenario:
 def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
     for name in ("nominal", "paper-noise"):
         sources = sources_of(load_scenario(name))
-        assert len(sources.width) >= 16
+        assert len(sources.columns) >= 16
         switched = settings_with(sources, {})
         settings = switched.settings
         assert switched.streams == {}
         assert settings["experiment.sensors.current_white"] == 0.0
         assert settings["plant.payload.mass"] == 7.025
-        half = {k: np.full(w, 0.5) for k, w in sources.width.items()}
         noises = {"encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples"}
-        assert set(settings_with(sources, half).streams) == noises
+        assert set(settings_with(sources, sources.medians()).streams) == noises
 
 
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
@@ -76,7 +75,7 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
 
 @pytest.mark.parametrize("number", [0, 1, 12, 2**17])
 def test_numbers_that_are_no_power_of_two_are_refused(number):
-    with pytest.raises(StudyError, match=f"samples = {number}: expected a power of 2"):
+    with pytest.raises(ScenarioError, match=f"samples = {number}: expected a power of 2"):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
 
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pytest
 
 from scenarios.experiments.study_folder import STUDY, study_folder
-from scenarios.support.errors import StudyError
+from scenarios.support.errors import ScenarioError
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
 
@@ -82,20 +82,22 @@ def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
     other = json.loads(json.dumps(IDENTITY))
     other["scenario"]["table"]["plant"]["gain"] = [1.0, 3.0]
     with (
-        pytest.raises(StudyError, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"),
+        pytest.raises(
+            ScenarioError, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"
+        ),
         opened(tmp_path, other),
     ):
         pass
     record = json.loads((tmp_path / "study.json").read_text())
     record["versions"]["mujoco"] = "3.0"
     (tmp_path / "study.json").write_text(json.dumps(record))
-    with pytest.raises(StudyError, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
+    with pytest.raises(ScenarioError, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
         pass
 
 
 def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("x")
-    with pytest.raises(StudyError, match=r"contains 'thesis\.tex' but no study\.json"), opened(tmp_path):
+    with pytest.raises(ScenarioError, match=r"contains 'thesis\.tex' but no study\.json"), opened(tmp_path):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -103,7 +105,7 @@ def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
 def test_a_damaged_record_is_refused(tmp_path):
     for text in ("", "[]", "{", '{"trials": "many"}'):
         (tmp_path / "study.json").write_text(text)
-        with pytest.raises(StudyError, match=r"study\.json: not the record of a study"), opened(tmp_path):
+        with pytest.raises(ScenarioError, match=r"study\.json: not the record of a study"), opened(tmp_path):
             pass
 
 
@@ -111,11 +113,11 @@ def test_strange_or_damaged_parts_are_refused(tmp_path):
     with opened(tmp_path) as folder:
         for name in ("notes.parquet", "notes.txt"):
             (folder.trials / name).write_bytes(b"x")
-            with pytest.raises(StudyError, match=rf"{name}: not part of a study; move it away"):
+            with pytest.raises(ScenarioError, match=rf"{name}: not part of a study; move it away"):
                 folder.parts()
             (folder.trials / name).unlink()
         folder.keep(part(0, 2).slice(0, 5))
-        with pytest.raises(StudyError, match="its 5 rows are not those of trials 0 to 2"):
+        with pytest.raises(ScenarioError, match="contains 5 rows of trials 0 to 2"):
             folder.parts()
 
 
@@ -125,16 +127,16 @@ def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
         good = folder.trials / "00000000-00000003.parquet"
         for name in ("00000004-00000007.parquet", "0-3.parquet", "00000000-00000003.copy.parquet", "00000000-00000003"):
             (folder.trials / name).write_bytes(good.read_bytes())
-            with pytest.raises(StudyError, match=rf"{name}: contains trials 0 to 3; move it away"):
+            with pytest.raises(ScenarioError, match=rf"{name}: contains 8 rows of trials 0 to 3"):
                 folder.missing(10)
             (folder.trials / name).unlink()
         folder.keep(part(3, 4))
-        with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are also in 0"):
+        with pytest.raises(ScenarioError, match=r"00000003-00000004\.parquet: its trials are also in 0"):
             folder.missing(10)
 
 
 def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
-    with opened(tmp_path), pytest.raises(StudyError, match="another process uses this folder"), opened(tmp_path):
+    with opened(tmp_path), pytest.raises(ScenarioError, match="another process uses it"), opened(tmp_path):
         pass
 
 

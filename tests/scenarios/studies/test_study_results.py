@@ -27,8 +27,6 @@ def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> Joi
         rel_error=-0.012 * z,
         claimed=np.full(len(z), 0.012),
         z=z,
-        step=1,
-        true=np.full(len(z), -2.5),
     )
 
 

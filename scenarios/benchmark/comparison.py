@@ -6,18 +6,18 @@ gains within `RANKED_BY` minus wrong gains, as a share of the gains that the dat
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 
 from ident.support.arrays import Array
 from ident.support.naming import enumerated, one_line
 from scenarios.benchmark.study import METHOD
-from scenarios.experiments.statistics import Coverage, coverage
+from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
 from scenarios.rendering.content import (
     NONE,
     Cell,
@@ -66,95 +66,56 @@ MEANING = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MethodJoint:
-    """One method on one joint, over all trials; values are None without data.
+class MethodJoint(ResultModel):
+    """One method on one joint, over all trials; values are null without data."""
 
-    Attributes:
-        joint: Joint number, from 1.
-        expected: Number of trials whose data should identify the gain.
-        gains: Number of trials in which the method gave a gain.
-        bias: Mean of the relative error.
-        spread: Standard deviation of the relative error.
-        rms: Root mean square of the relative error.
-        p95: 95th percentile of the magnitude of the relative error.
-        cover_1: Coverage of 1 estimated standard deviation (normal: 0.683).
-        cover_2: Coverage of 2 estimated standard deviations (normal: 0.954).
-        claimed: Root mean square of the estimated relative standard deviation.
-        bound: Smallest relative standard deviation that the injected noise allows.
-        claimed_over_bound: Ratio of `claimed` to that bound.
-        spread_over_bound: Ratio of `spread` to that bound.
-    """
-
-    joint: int
-    expected: int
-    gains: int
-    bias: float | None
-    spread: float | None
-    rms: float | None
-    p95: float | None
-    cover_1: Coverage | None
-    cover_2: Coverage | None
-    claimed: float | None
-    bound: float | None
-    claimed_over_bound: float | None
-    spread_over_bound: float | None
+    joint: int = Field(description="Joint number, from 1")
+    expected: int = Field(description="Number of trials whose data should identify the gain")
+    gains: int = Field(description="Number of trials in which the method gave a gain")
+    bias: float | None = Field(description="Mean of the relative error")
+    spread: float | None = Field(description="Standard deviation of the relative error")
+    rms: float | None = Field(description="Root mean square of the relative error")
+    p95: float | None = Field(description="95th percentile of the magnitude of the relative error")
+    cover_1: Coverage | None = Field(description="Coverage of 1 estimated standard deviation (normal: 0.683)")
+    cover_2: Coverage | None = Field(description="Coverage of 2 estimated standard deviations (normal: 0.954)")
+    claimed: float | None = Field(description="Root mean square of the estimated relative standard deviation")
+    bound: float | None = Field(description="Smallest relative standard deviation that the injected noise allows")
+    claimed_over_bound: float | None = Field(description="Ratio of `claimed` to that bound")
+    spread_over_bound: float | None = Field(description="Ratio of `spread` to that bound")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MethodSummary:
-    """One method on one scenario.
+class MethodSummary(ResultModel):
+    """One method on one scenario."""
 
-    Attributes:
-        method: Text that names the method.
-        trials: Number of trials given to it.
-        wanted: Number of gains that their data should identify.
-        score: Number of gains within 3 % minus wrong gains, as a share of `wanted`; 0 if everything is refused.
-        solved: Share of the `wanted` gains within 1, 3 and 10 %.
-        refused_rightly: Number of refused gains that the data do not identify.
-        refused_wrongly: Number of refused gains that the data should identify, in valid answers.
-        wrong_claims: Number of gains with an error above both 10 % and 3 of their standard deviations; of gains that
-            should not be identifiable, all except those with an error below both and a standard deviation below 10 %.
-        wrong_signs: Number of gains with the wrong sign.
-        crashes: Number of crashes.
-        time_outs: Number of time-outs.
-        misfits: Number of invalid answers.
-        failures: Number of failures by kind.
-        seconds: Median wall time of a call [s]; None without a call.
-        joints: One entry per joint.
-    """
-
-    method: str
-    trials: int
-    wanted: int
-    score: float
-    solved: tuple[float, ...]
-    refused_rightly: int
-    refused_wrongly: int
-    wrong_claims: int
-    wrong_signs: int
-    crashes: int
-    time_outs: int
-    misfits: int
-    failures: Mapping[str, int]
-    seconds: float | None
-    joints: tuple[MethodJoint, ...]
+    method: str = Field(description="Text that names the method")
+    trials: int = Field(description="Number of trials given to it")
+    wanted: int = Field(description="Number of gains that their data should identify")
+    score: float = Field(
+        description="Number of gains within 3 % minus wrong gains, as a share of `wanted`; 0 if everything is refused"
+    )
+    solved: tuple[float, ...] = Field(description="Share of the `wanted` gains within 1, 3 and 10 %")
+    refused_rightly: int = Field(description="Number of refused gains that the data do not identify")
+    refused_wrongly: int = Field(description="Number of refused gains that the data should identify, in valid answers")
+    wrong_claims: int = Field(
+        description="Number of gains with an error above both 10 % and 3 of their standard deviations; of gains that "
+        "should not be identifiable, all except those with an error below both and a standard deviation below 10 %"
+    )
+    wrong_signs: int = Field(description="Number of gains with the wrong sign")
+    crashes: int = Field(description="Number of crashes")
+    time_outs: int = Field(description="Number of time-outs")
+    misfits: int = Field(description="Number of invalid answers")
+    failures: dict[str, int] = Field(description="Number of failures by kind")
+    seconds: float | None = Field(description="Median wall time of a call [s]; null without a call")
+    joints: tuple[MethodJoint, ...] = Field(description="One entry per joint")
 
 
 class ComparedScenario(ResultModel):
-    """Results of methods on a scenario.
+    """Results of methods on a scenario."""
 
-    Attributes:
-        name: Name of the scenario.
-        trials: Number of trials given to each method.
-        unposed: Number of these trials that failed before any method was called.
-        methods: One entry per method, the best score first.
-    """
-
-    name: str
-    trials: int
-    unposed: int
-    methods: list[MethodSummary]
+    name: str = Field(description="Name of the scenario")
+    trials: int = Field(description="Number of trials given to each method")
+    unposed: int = Field(description="Number of these trials that failed before any method was called")
+    methods: list[MethodSummary] = Field(description="One entry per method, the best score first")
 
     def parts(self) -> Iterable[Part]:
         """Scores and failures of methods, then errors and coverage by joint."""
@@ -164,7 +125,7 @@ class ComparedScenario(ResultModel):
             self.methods,
             column("Method", lambda each: each.method, words=True),
             column("Score [%]", lambda each: percent(each.score, ".1f")),
-            *(column(f"Within\n{100.0 * share:g} % [%]", _solved(k)) for k, share in enumerate(SOLVED)),
+            *(column(f"Within\n{100.0 * share:g} % [%]", partial(_solved, k)) for k, share in enumerate(SOLVED)),
             column("Refused\nrightly", lambda each: each.refused_rightly),
             column("Refused\nwrongly", lambda each: each.refused_wrongly),
             column("Wrong\ngains", lambda each: _bad(each.wrong_claims)),
@@ -187,9 +148,9 @@ class ComparedScenario(ResultModel):
             column("Std [%]", lambda row: percent(row[1].spread)),
             column("Rms [%]", lambda row: percent(row[1].rms)),
             column("95 %\nbelow [%]", lambda row: percent(row[1].p95)),
-            column("Within\n1 sigma [%]", lambda row: _share(row[1].cover_1), file_only=True),
-            column("Within\n2 sigma [%]", lambda row: _share(row[1].cover_2)),
-            column("95 % interval [%]", lambda row: _interval(row[1].cover_2), file_only=True),
+            column("Within\n1 sigma [%]", lambda row: _held(row[1].cover_1)[0], file_only=True),
+            column("Within\n2 sigma [%]", lambda row: _held(row[1].cover_2)[0]),
+            column("95 % interval [%]", lambda row: _held(row[1].cover_2)[1], file_only=True),
             column("Estimated\nstd [%]", lambda row: percent(row[1].claimed)),
             column("Bound [%]", lambda row: percent(row[1].bound)),
             column("Std\nover bound", lambda row: number(row[1].spread_over_bound, ".2f"), file_only=True),
@@ -203,14 +164,8 @@ class ComparedScenario(ResultModel):
         best, more = self.methods[: len(SERIES)], len(self.methods) - len(SERIES)
         left = f" {more} more in the table only." if more > 0 else ""
         joints = [each.joint for each in self.methods[0].joints]
-        rms = {
-            method.method: {each.joint: 100.0 * each.rms for each in method.joints if each.rms is not None}
-            for method in best
-        }
-        held = {
-            method.method: {each.joint: in_percent(each.cover_2) for each in method.joints if each.cover_2 is not None}
-            for method in best
-        }
+        rms = {m.method: {j.joint: 100.0 * j.rms for j in m.joints if j.rms is not None} for m in best}
+        held = {m.method: {j.joint: in_percent(j.cover_2) for j in m.joints if j.cover_2 is not None} for m in best}
         yield Plot(
             title="Rms error",
             caption=f"Gains that each method gave; no bar where it gave none.{left}",
@@ -228,15 +183,12 @@ class ComparedScenario(ResultModel):
 
 
 class Comparison(ResultModel):
-    """What `rx90 compare --json` prints.
+    """What `rx90 compare --json` prints."""
 
-    Attributes:
-        about: What is needed to repeat the comparison: command, date, versions, external methods.
-        scenarios: One entry per scenario.
-    """
-
-    about: dict[str, str]
-    scenarios: list[ComparedScenario]
+    about: dict[str, str] = Field(
+        description="What is needed to repeat the comparison: command, date, versions, external methods"
+    )
+    scenarios: list[ComparedScenario] = Field(description="One entry per scenario")
 
     @property
     def title(self) -> str:
@@ -285,20 +237,20 @@ def _best(methods: Sequence[MethodSummary]) -> str:
     return f"{best}, {methods[rest].method} {scores[rest]}" if rest < len(methods) else best
 
 
-def _solved(k: int) -> Callable[[MethodSummary], str]:
-    return lambda each: percent(each.solved[k], ".1f")
+def _solved(k: int, method: MethodSummary) -> str:
+    return percent(method.solved[k], ".1f")
 
 
 def _bad(count: int) -> Cell:
     return Cell(str(count), Mood.BAD if count else Mood.PLAIN)
 
 
-def _share(found: Coverage | None) -> str:
-    return percent(found and found.share, ".1f")
-
-
-def _interval(found: Coverage | None) -> str:
-    return NONE if found is None else f"{percent(found.low, '.1f')}..{percent(found.high, '.1f')}"
+def _held(found: Coverage | None) -> tuple[str, str]:
+    """Return a coverage and its interval [%]."""
+    if found is None:
+        return NONE, NONE
+    share, low, high = (percent(each, ".1f") for each in (found.share, found.low, found.high))
+    return share, f"{low}..{high}"
 
 
 def compared(name: str, rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> ComparedScenario:
@@ -357,25 +309,20 @@ def _summary(method: str, rows: pd.DataFrame, bound: Array | None) -> MethodSumm
 def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
     error = rows.loc[rows["claimed"], "rel_error"].to_numpy(np.float64)
     off, std, true = rows.loc[rows["claimed"] & rows["std"].notna(), ["off", "std", "true"]].to_numpy(np.float64).T
-    claimed = _rms(std / true)
-    spread = float(np.std(error, ddof=1)) if len(error) > 1 else None
     least = None if bound is None or not np.isfinite(bound[joint - 1]) else float(bound[joint - 1])
+    errors = error_statistics(error, std / true)
+    over = {
+        f"{name}_over_bound": None if errors[name] is None or least is None else errors[name] / least
+        for name in ("claimed", "spread")
+    }
     return MethodJoint(
         joint=joint,
         expected=int(rows["expected"].to_numpy(bool).sum()),
         gains=len(error),
-        bias=float(np.mean(error)) if len(error) else None,
-        spread=spread,
-        rms=_rms(error),
-        p95=float(np.percentile(np.abs(error), 95.0)) if len(error) else None,
+        rms=root_mean_square(error),
         cover_1=coverage(off <= std),
         cover_2=coverage(off <= 2.0 * std),
-        claimed=claimed,
         bound=least,
-        claimed_over_bound=None if claimed is None or least is None else claimed / least,
-        spread_over_bound=None if spread is None or least is None else spread / least,
+        **errors,
+        **over,
     )
-
-
-def _rms(values: Array) -> float | None:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else None

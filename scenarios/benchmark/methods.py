@@ -11,7 +11,6 @@ program. A call without a valid answer has a `CountedError`, which is counted.
 import hashlib
 import importlib
 import json
-import math
 import os
 import re
 import shlex
@@ -28,7 +27,7 @@ from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import IO, TYPE_CHECKING, NamedTuple, NoReturn, cast
+from typing import IO, TYPE_CHECKING, NamedTuple, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -75,12 +74,7 @@ class Method:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """Limits of one call of a method.
-
-    Attributes:
-        time_s: Wall time [s], including the start of the program.
-        memory_gb: Memory of each of its processes [GB]; enforced on Linux.
-    """
+    """Limits of one call: wall time with the start of the program [s], memory of each process on Linux [GB]."""
 
     time_s: float = 60.0
     memory_gb: float = 4.0
@@ -129,18 +123,16 @@ def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, obj
             f"unknown method {shown(name)}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}, "
             "package.module:function, exec:COMMAND"
         )
-    kinds = [{field.name for field in fields(kind)} for kind in (ObserveOptions, GainOptions)]
-    parts: tuple[list[str], ...] = ([], [], [])
+    kinds, parts = (ObserveOptions, GainOptions, ESTIMATORS[name].options), ([], [], list[str]())
     for word in words:
         key = word.partition("=")[0].strip().replace("-", "_")
-        parts[next((k for k, names in enumerate(kinds) if key in names), 2)].append(word)
+        own = (k for k, kind in enumerate(kinds) if key in {field.name for field in fields(kind)})
+        parts[next(own, 2)].append(word)
     try:
-        options_from_words(ObserveOptions, parts[0])
-        options_from_words(GainOptions, parts[1])
-        own = options_from_words(ESTIMATORS[name].options, parts[2])
+        *_, options = (options_from_words(kind, part) for kind, part in zip(kinds, parts, strict=True))
     except OptionError as error:
         raise ScenarioError(f"method {shown(text)}: {error}") from error
-    return name, own, table_from_words(ObserveOptions, parts[0]), table_from_words(GainOptions, parts[1])
+    return name, options, *(table_from_words(kind, part) for kind, part in zip(kinds[:2], parts, strict=False))
 
 
 def _function(text: str) -> Function:
@@ -188,11 +180,7 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
 
 
 def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -> None:
-    """Run a program in a new session, which is ended with it; the system enforces limits, which children inherit.
-
-    Raises:
-        CountedError: If it cannot be started, does not end in time, prints too much, or fails.
-    """
+    """Run a program in a new session, which is ended with it; the system enforces limits, which children inherit."""
     environment = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     environment["PYTHONWARNINGS"] = "ignore"
     try:
@@ -233,7 +221,7 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
 class AnswerGain(BaseModel):
     """One joint's gain: `estimate`, and `std` if the method estimates one; null for a refused joint."""
 
-    model_config = ConfigDict(extra="allow")
+    model_config = ConfigDict(extra="allow", allow_inf_nan=False)
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
     std: float | None = Field(
@@ -250,6 +238,10 @@ class AnswerFile(BaseModel):
     gains: list[AnswerGain] = Field(description="One entry per joint, in order")
 
 
+KINDS = {"json_invalid": "NoAnswer", "model_type": "NoAnswer", "finite_number": "NotFinite"}
+"""Kind of an invalid answer by pydantic's type of error; all others are `WrongForm`."""
+
+
 def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
     """Return one answer per joint.
 
@@ -260,41 +252,28 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
     """
     from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
 
+    if not output.strip():
+        raise CountedError("NoAnswer", "it printed nothing; expected one JSON object")
     try:
-        text = output.decode("utf-8").strip()
-        found: object = json.loads(text, parse_constant=_not_finite) if text else None
-    except UnicodeDecodeError as error:
-        raise CountedError("NoAnswer", "its output is not UTF-8 text") from error
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise CountedError("NoAnswer", f"it printed no JSON: {shown(output.decode().strip())}") from error
-    if not isinstance(found, dict):
-        said = f"it printed {shown(text)}; expected one JSON object" if text else "it printed nothing"
-        raise CountedError("NoAnswer", said)
-    try:
-        answer = AnswerFile.model_validate(found, strict=True)
+        gains = AnswerFile.model_validate_json(output, strict=True).gains
     except ValidationError as error:
         first = error.errors()[0]
         where, message = ".".join(map(str, first["loc"])), one_line(first["msg"][0].lower() + first["msg"][1:])
-        raise CountedError("WrongForm", f"{where}: {message}") from error
-    numbers = [gain.joint for gain in answer.gains]
+        said = f"{where}: {message}" if where else f"{message}; it printed {shown(output.decode(errors='replace'))}"
+        raise CountedError(KINDS.get(first["type"], "WrongForm"), said) from error
+    numbers = [gain.joint for gain in gains]
     if numbers != list(range(1, joints + 1)):
         raise CountedError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
-    for gain in answer.gains:
+    for gain in gains:
         value, std, refused = gain.estimate, gain.std, not gain.identifiable
-        for wrong, kind, said in (
-            (value is not None and not math.isfinite(value), "NotFinite", f"estimate is {value}"),
-            (std is not None and not math.isfinite(std), "NotFinite", f"std is {std}"),
-            (refused and (value, std) != (None, None), "ImpossibleGain", "is refused but has a number; give null"),
-            (not refused and not value, "ImpossibleGain", f"a gain of {value} is invalid; refuse the joint instead"),
-            (std is not None and std < 0.0, "ImpossibleGain", f"a standard deviation of {std}"),
+        for wrong, said in (
+            (refused and (value, std) != (None, None), "is refused but has a number; give null"),
+            (not refused and not value, f"a gain of {value} is invalid; refuse the joint instead"),
+            (std is not None and std < 0.0, f"a standard deviation of {std}"),
         ):
             if wrong:
-                raise CountedError(kind, f"joint {gain.joint}: {said}")
-    return tuple(Claim(gain.estimate, gain.std, None if gain.identifiable else gain.reason) for gain in answer.gains)
-
-
-def _not_finite(name: str) -> NoReturn:
-    raise CountedError("NotFinite", f"a number is {name}")
+                raise CountedError("ImpossibleGain", f"joint {gain.joint}: {said}")
+    return tuple(Claim(gain.estimate, gain.std, None if gain.identifiable else gain.reason) for gain in gains)
 
 
 def python_answer(text: str, folder: Path) -> dict[str, object]:

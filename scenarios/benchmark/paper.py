@@ -10,68 +10,260 @@ The paper does not state the signs of its errors. Case 3 uses the one of sixteen
 moment and error norm in the same directions as in the paper; `PaperResult.patterns` has the results of the others.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
+from operator import itemgetter
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import ObservedMotion, pair
 from ident.estimation.rows import Columns
+from ident.model.parameters import INERTIAL
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
 from ident.support.arrays import Array
-from scenarios.benchmark.paper_result import (
-    CASES,
-    GAINS,
-    GAINS_2SIGMA,
-    IDENTIFIED,
-    PAPER,
-    PARAMETERS,
-    ROWS,
-    ROWS_LESS_UNKNOWNS,
-    SECOND_MASS,
-    SECOND_MASS_2SIGMA,
-    Claim,
-    PaperCase,
-    PaperFit,
-    PaperGain,
-    PaperParameter,
-    PaperPayload,
-    PaperResult,
-    SavedPaper,
-    WrongGains,
-)
+from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import body_of
-from scenarios.rendering.result import to_json
-from scenarios.results.record import digests_of
+from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, Table, column, sentence, table
+from scenarios.rendering.result import ResultModel, to_json
+from scenarios.results.fit import TORQUES, torque_plot
+from scenarios.results.record import digests_of, read_result, repeated
+from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from scenarios.support.versions import versions
 from sim.record import record
 from sim.sensors import noise_streams
 
+PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
+FILES = (PARAMETERS, ROWS, PAPER)
+IDENTIFIED = 4
+"""Number of joints with identified gains, as in the paper."""
+DRAWN = 2
+"""The case of figure 3."""
 GAIN_ERROR = 0.2
 SIGNS = (-1, 1, 1, -1)
 """Signs of the errors of joints 1 to 4 in case 3."""
 
 
+@dataclass(frozen=True, slots=True)
+class PublishedCase:
+    """One case of tables 2 and 4: first moment [kg m], mass [kg] and norms of the residual."""
+
+    MZ: float
+    MZ_2sigma: float
+    M: float
+    M_2sigma: float
+    error_norm: float
+    rel_error_norm: float
+    sigma: float
+
+
+CASES = (
+    PublishedCase(1.04, 0.0378, 6.71, 0.158, 77.28, 0.075643, 1.16293),
+    PublishedCase(0.934, 0.0449, 7.17, 0.162, 76.11, 0.0744996, 1.14535),
+    PublishedCase(0.867, 0.0453, 8.65, 0.198, 85.85, 0.0840385, 1.29288),
+)
+GAINS = (0.9401, 0.9619, 1.1148, 0.9146)
+"""Table 3, joints 1 to 4 [N m / drive unit]."""
+GAINS_2SIGMA = (0.0817, 0.0357, 0.0372, 0.0503)
+ROWS_LESS_UNKNOWNS = 4416
+"""(77.28 / 1.16293)^2, exactly."""
+SECOND_MASS, SECOND_MASS_2SIGMA = 4.35, 0.150
+"""The second payload of section V, weighed as 4.275 kg [kg]."""
+
+
+class _Finite(ResultModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class Claim(_Finite):
+    """A claim of the paper."""
+
+    claim: str = Field(description="The claim")
+    holds: bool = Field(description="Whether the simulated experiment confirms it")
+
+
+class PaperGain(_Finite):
+    """The drive gain of one joint by eq. 27."""
+
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    true: float = Field(description="Injected gain [N m / drive unit]")
+    estimate: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
+    std: float | None = Field(
+        description="Standard deviation of the estimate, from the residual as in the paper [N m / drive unit]"
+    )
+    identifiable: bool = Field(description="Whether there is an estimate")
+    reason: str | None = Field(description="Why the joint is refused")
+
+
+class PaperParameter(_Finite):
+    """One of the ten standard parameters of a payload, in SI units."""
+
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    true: float = Field(description="True value of the mounted payload [kg m^2, kg m, kg]")
+    estimate: float = Field(description="Estimate [kg m^2, kg m, kg]")
+    std: float = Field(description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]")
+    known: bool = Field(description="Whether its value was given to the identification")
+    essential: bool = Field(description="Whether its relative standard deviation is under 10 %")
+
+
+class PaperFit(_Finite):
+    """Quality of the fit of a case (table 4)."""
+
+    method: str = Field(description="`ols` or `wls`: whether each joint's rows are weighted by its own residual")
+    rows: int = Field(description="Number of rows of all joints and both motions")
+    unknowns: int = Field(description="Number of estimated parameters of arm and payload")
+    error_norm: float = Field(description="Norm of the residuals, each in standard deviations of its joint's residuals")
+    rel_error_norm: float = Field(description="Ratio of this norm to the norm of the torques, weighted in the same way")
+    sigma: float = Field(
+        description="Standard deviation of the residuals, each in standard deviations of its joint's residuals"
+    )
+
+
+class PaperPayload(_Finite):
+    """A payload identified with given gains."""
+
+    gains: tuple[float, ...] = Field(description="Gains of this case, one per joint [N m / drive unit]")
+    payload: tuple[PaperParameter, ...] = Field(
+        min_length=len(INERTIAL), max_length=len(INERTIAL), description="Its ten parameters"
+    )
+    fit: PaperFit = Field(description="Quality of the fit")
+    published: dict[str, object] = Field(description="The values that the paper prints; the gains only with case 2")
+
+    def __getitem__(self, name: str) -> PaperParameter:
+        """Return the parameter of that name."""
+        return self.payload[INERTIAL.index(name)]
+
+
+class _Numbered(_Finite):
+    case: int = Field(ge=1, description="Number of the case")
+
+
+class PaperCase(PaperPayload, _Numbered):
+    """One of the paper's three cases."""
+
+
+class WrongGains(_Finite):
+    """Payload and fit with gain errors of 20 %, relative to case 2."""
+
+    signs: str = Field(description="Signs of the gain errors of joints 1 to 4")
+    M: float = Field(description="Ratio of the estimated masses")
+    MZ: float = Field(description="Ratio of the first moments along the flange's axis")
+    error_norm: float = Field(description="Ratio of the relative error norms")
+
+
+class PaperResult(_Finite):
+    """What `rx90 paper --json` prints."""
+
+    gains: tuple[PaperGain, ...] = Field(
+        description="Drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4"
+    )
+    cases: tuple[PaperCase, ...] = Field(min_length=3, max_length=3, description="Cases 1, 2 and 3")
+    patterns: tuple[WrongGains, ...] = Field(
+        min_length=16,
+        max_length=16,
+        description="Effect of each pattern of signs of the gain errors of case 3, relative to case 2",
+    )
+    second_payload: PaperPayload = Field(description="The second payload, identified with the gains of case 2")
+    checks: tuple[Claim, ...] = Field(description="Claims of the paper")
+    passed: bool = Field(description="Whether all claims hold")
+
+    @staticmethod
+    def title(seed: int) -> str:
+        """Return the title of a report."""
+        return f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
+
+    def parts(self) -> Iterable[Part]:
+        """Verdict and claims, tables 2 to 4 beside the published numbers, and those of section V."""
+        failed, count = sum(not check.holds for check in self.checks), len(self.checks)
+        if failed:
+            yield Paragraph(f"FAILED: {failed} of {count} claims do not hold.", Mood.BAD, strong=True)
+        else:
+            yield Paragraph(f"PASSED: all {count} claims hold.", Mood.GOOD, strong=True)
+        for each in self.checks:
+            yield Paragraph(f"holds: {each.claim}") if each.holds else Paragraph(f"FAILS: {each.claim}", Mood.BAD)
+        pairs, mass = list(zip(self.cases, CASES, strict=True)), self.second_payload["M"]
+        moments = [
+            (f"case {case.case} {name}", case[name], getattr(printed, name), getattr(printed, f"{name}_2sigma"))
+            for case, printed in pairs
+            for name in ("MZ", "M")
+        ]
+        yield _beside(
+            "Table 2: payload parameters with the gains of each case [kg m, kg]",
+            "Parameter|True|Ours|2 sigma|Rel. sigma [%]|Paper|Paper's\n2 sigma|Paper's\nrel. sigma [%]",
+            "{}|{:.3f}|{:.3f}|{:.4f}|{:.1f}|{:.3f}|{:.4f}|{:.1f}",
+            [
+                (name, p.true, p.estimate, 2 * p.std, 100 * p.std / abs(p.estimate), value, two, 50 * two / value)
+                for name, p, value, two in moments
+            ],
+        )
+        yield _beside(
+            "Table 3: identified drive gains [N m / drive unit]",
+            "Joint|Injected|Ours|2 sigma|Paper|Paper's\n2 sigma",
+            "joint {}|{:.4f}|{}|{}|{}|{}",
+            [
+                (
+                    gain.joint,
+                    gain.true,
+                    "refused" if gain.estimate is None else f"{gain.estimate:.4f}",
+                    NONE if gain.std is None else f"{2 * gain.std:.4f}",
+                    *(f"{of[k]:.4f}" if k < IDENTIFIED else NONE for of in (GAINS, GAINS_2SIGMA)),
+                )
+                for k, gain in enumerate(self.gains)
+            ],
+        )
+        for gain in self.gains:
+            if gain.reason is not None:
+                yield Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}"))
+        yield _beside(
+            "Table 4: error norm, relative norm, sigma, degrees of freedom; ours, then the paper's",
+            "Case|Norm|Relative|Sigma|r - b|Paper's\nnorm|Paper's\nrelative|Paper's\nsigma|Paper's\nr - b",
+            "case {}|{:.2f}|{:.4f}|{:.4f}|{}|{:.2f}|{:.4f}|{:.4f}|{}",
+            [
+                (
+                    *(case.case, case.fit.error_norm, case.fit.rel_error_norm, case.fit.sigma),
+                    *(case.fit.rows - case.fit.unknowns, p.error_norm, p.rel_error_norm, p.sigma, ROWS_LESS_UNKNOWNS),
+                )
+                for case, p in pairs
+            ],
+        )
+        two, three = CASES[1:]
+        theirs = ("paper", three.M / two.M, three.MZ / two.MZ, three.rel_error_norm / two.rel_error_norm)
+        patterns = sorted(self.patterns, key=lambda each: each.error_norm)
+        yield _beside(
+            "Errors of 20 % on the gains of joints 1 to 4, by their signs: ratios to case 2",
+            "Signs|M|MZ|Error norm",
+            "{}|{:.3f}|{:.3f}|{:.3f}",
+            [*((each.signs, each.M, each.MZ, each.error_norm) for each in patterns), theirs],
+        )
+        yield _beside(
+            "The second payload with the gains of case 2 [kg]",
+            "Parameter|True|Ours|2 sigma|Paper|Paper's\n2 sigma",
+            "{}|{:.3f}|{:.3f}|{:.3f}|{:.3f}|{:.3f}",
+            [(mass.parameter, mass.true, mass.estimate, 2 * mass.std, SECOND_MASS, SECOND_MASS_2SIGMA)],
+        )
+
+
+def _beside(title: str, heads: str, form: str, rows: Iterable[Sequence[object]]) -> Table:
+    """Return a table of columns and formats that are separated by bars; the first column has words."""
+    columns = [column(head, itemgetter(k), words=not k) for k, head in enumerate(heads.split("|"))]
+    return table([form.format(*row).split("|") for row in rows], *columns, title=title)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperRun:
-    """The repeated experiment.
-
-    Attributes:
-        seed: Seed of every random number.
-        estimates: Payload estimates by name: `case 1` to `case 3`, `second payload`.
-        result: What is printed.
-    """
+    """The repeated experiment: its seed, payload estimates by name (`case 1`, `second payload`), and what is shown."""
 
     seed: int
     estimates: Mapping[str, PaperEstimate]
@@ -86,7 +278,7 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
         IdentificationError: If a recording cannot be identified.
     """
     setup = setup_of(load_scenario("paper"))
-    table, first = setup.scenario.table.identification, setup.payloads[LOADED]
+    chosen, first = setup.scenario.table.identification, setup.payloads[LOADED]
     weighed = read_payload(rx90_mjcf.PAYLOADS["4.275 kg"])
     bare, heavy = setup.experiments
     light = replace(heavy, name="second payload", plant=replace(heavy.plant, payload=body_of(weighed)))
@@ -94,8 +286,8 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     stages.begin("simulating", sum(each.trajectory.duration for each in (bare, heavy, light)))
     recordings = record([bare, heavy, light], streams, threads=1, advanced=stages.advance)
     stages.begin("identifying")
-    unloaded, loaded, second = (observe(recording, setup.structure, table.observe) for recording in recordings)
-    gains = joint_by_joint_gains(pair(unloaded, loaded, first, table.gains)).joints
+    unloaded, loaded, second = (observe(recording, setup.structure, chosen.observe) for recording in recordings)
+    gains = joint_by_joint_gains(pair(unloaded, loaded, first, chosen.gains)).joints
     n = len(gains)
     prior, found, std = np.ones(n), np.ones(n), np.zeros(n)  # a refused joint keeps its a-priori gain
     for j, joint in enumerate(gains[:IDENTIFIED]):
@@ -109,20 +301,18 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     def payload(gain: Array, gain_std: Array, system: int = 0) -> PaperEstimate:
         return payload_as_in_paper(systems[system], gain, gain_std)
 
-    def off(signs: Sequence[int]) -> Array:
-        """Return the gains with errors of these signs on joints 1 to 4."""
-        return found * np.array([*(1.0 + GAIN_ERROR * np.array(signs)), *np.ones(n - IDENTIFIED)])
+    def off(signs: Sequence[int]) -> PaperEstimate:
+        """Return the payload with errors of these signs on the gains of joints 1 to 4."""
+        errors = np.array([*(1.0 + GAIN_ERROR * np.array(signs)), *np.ones(n - IDENTIFIED)])
+        return payload(found * errors, np.zeros(n))
 
-    exact = np.zeros(n)
-    one, two, three = (payload(gain, exact) for gain in (prior, found, off(SIGNS)))
+    one, two, three = payload(prior, np.zeros(n)), payload(found, np.zeros(n)), off(SIGNS)
     again = payload(found, std, 1)
-    bodies = [each.plant.payload for each in (heavy, light)]
-    true = [standard_parameters(each.mass, each.com, each.inertia) for each in bodies]
+    true = [standard_parameters(b.mass, b.com, b.inertia) for b in (heavy.plant.payload, light.plant.payload)]
     cases = [
         _payload(case, true[0], {**asdict(printed), "gains": list(GAINS) if case is two else None})
         for case, printed in zip((one, two, three), CASES, strict=True)
     ]
-    patterns = [_wrong_gains(s, payload(off(s), exact), two) for s in product((1, -1), repeat=IDENTIFIED)]
     result = PaperResult(
         gains=tuple(
             PaperGain(
@@ -136,17 +326,15 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
             for joint, (each, injected) in enumerate(zip(gains, setup.true_gain.tolist(), strict=True), 1)
         ),
         cases=tuple(PaperCase(case=k, **dict(each)) for k, each in enumerate(cases, 1)),
-        patterns=tuple(patterns),
+        patterns=tuple(_wrong_gains(signs, off(signs), two) for signs in product((1, -1), repeat=IDENTIFIED)),
         second_payload=_payload(again, true[1], {"M": SECOND_MASS, "M_2sigma": SECOND_MASS_2SIGMA}),
         checks=(),
         passed=False,
     )
     checks = checks_of(result)
+    result = result.model_copy(update={"checks": checks, "passed": all(check.holds for check in checks)})
     estimates = {"case 1": one, "case 2": two, "case 3": three, "second payload": again}
-    passed = all(check.holds for check in checks)
-    return PaperRun(
-        seed=seed, estimates=estimates, result=result.model_copy(update={"checks": checks, "passed": passed})
-    )
+    return PaperRun(seed=seed, estimates=estimates, result=result)
 
 
 def _wrong_gains(signs: Sequence[int], wrong: PaperEstimate, right: PaperEstimate) -> WrongGains:
@@ -200,27 +388,20 @@ def checks_of(found: PaperResult) -> tuple[Claim, ...]:
     return tuple(Claim(claim=claim, holds=holds) for claim, holds in claims.items())
 
 
-def case_rows(name: str, case: PaperEstimate) -> pd.DataFrame:
-    """Return the rows of a case, the data of figure 3.
+class SavedPaper(BaseModel):
+    """`paper.json`: the result of `rx90 paper`, provenance, and digests of the other files."""
 
-    Columns: `case`; `joint`, from 1; `loaded`; `t`, time in its motion [s]; `measured`, gain in use times current
-    [N m]; `reconstructed`, torque of the fitted model [N m].
-    """
-    system = case.system
-    return pd.DataFrame(
-        {
-            "case": name,
-            "joint": system.joint + 1,
-            "loaded": system.loaded,
-            "t": system.t,
-            "measured": case.gain[system.joint] * system.V,
-            "reconstructed": case.torque,
-        }
-    )
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    format: Literal[1] = 1
+    seed: int
+    command: str
+    versions: dict[str, str]
+    files: dict[str, str] = {}
+    result: dict[str, JsonValue]
 
 
 def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
-    """Write `FILES`.
+    """Write `FILES`: payload parameters; torques [N m] of all cases against time [s], the data of figure 3; the result.
 
     Raises:
         OSError: If they cannot be written.
@@ -231,8 +412,21 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
         for case, estimate in run.estimates.items()
         for each, essential in zip(estimate.parameters, estimate.essential, strict=True)
     ]
+    rows = [
+        pd.DataFrame(
+            {
+                "case": name,
+                "joint": case.system.joint + 1,
+                "loaded": case.system.loaded,
+                "t": case.system.t,
+                "measured": case.gain[case.system.joint] * case.system.V,
+                "reconstructed": case.torque,
+            }
+        )
+        for name, case in run.estimates.items()
+    ]
     pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
-    pd.concat([case_rows(*each) for each in run.estimates.items()]).to_parquet(folder / ROWS, index=False)
+    pd.concat(rows).to_parquet(folder / ROWS, index=False)
     saved = SavedPaper(
         seed=run.seed,
         command=command,
@@ -241,3 +435,37 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
         result=run.result.model_dump(mode="json"),
     )
     (folder / PAPER).write_text(to_json(saved.model_dump(mode="json")) + "\n", encoding="utf-8")
+
+
+def page(folder: Path) -> Report:
+    """Return the page of a folder, only from its files.
+
+    Raises:
+        ScenarioError: If its document is damaged, or of another version; if the rows of figure 3 are missing, or others
+            than were written with it.
+    """
+    path, rows = folder / PAPER, folder / ROWS
+    saved = read_result(folder, SavedPaper, PAPER)
+    try:
+        found = PaperResult.model_validate(saved.result)
+    except ValidationError as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        again = f"write it again: {one_line(saved.command)} --force"
+        raise ScenarioError(f"{one_line(path)}: its result lacks data for the page: {first}; {again}") from error
+    try:
+        same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
+        torques = pd.read_parquet(rows).query(f"case == 'case {DRAWN}'") if same else None
+    except (OSError, ValueError) as error:
+        raise ScenarioError(f"{one_line(rows)}: cannot be read: {error}") from error
+    if torques is None:
+        raise ScenarioError(f"{one_line(rows)}: is not the file that {PAPER} names; write it again")
+    more: list[Part] = [Heading("Figure 3: torques of case 2, measured and reconstructed"), Paragraph(TORQUES)]
+    end = float(torques["t"].to_numpy().max())
+    for joint in range(IDENTIFIED):
+        own = torques.query("joint == @joint + 1").sort_values(["loaded", "t"])
+        t, measured, reconstructed = own[["t", "measured", "reconstructed"]].to_numpy(np.float64).T
+        motion, starts = own["loaded"].to_numpy(np.intp), [("bare flange", 0.0), ("7.025 kg", end)]
+        more.append(torque_plot(joint, "N m", t + end * motion, measured, measured - reconstructed, motion, starts))
+    facts = {"Seed": str(saved.seed)}
+    more += repeated({"Original command": saved.command}, facts, saved.versions, saved.files)
+    return found.report(found.title(saved.seed), *more)

@@ -76,8 +76,7 @@ def paper_arguments(parser: argparse.ArgumentParser) -> None:
 
 def paper_command(options: argparse.Namespace) -> Status:
     """Repeat the paper's experiment; status 1 if a claim fails."""
-    from scenarios.benchmark.paper import run_paper, write_paper
-    from scenarios.benchmark.paper_result import FILES
+    from scenarios.benchmark.paper import FILES, run_paper, write_paper
     from scenarios.rendering import write_report
 
     claim = None

@@ -34,11 +34,10 @@ class GainVerdict:
 
     Attributes:
         joint: Joint number, from 1.
-        true: Injected gain [N m / drive unit].
-        estimate: Identified gain, None if refused.
-        std: Its total standard deviation, None if refused.
-        rel_error: (estimate - true) / true, None if refused.
-        z: (estimate - true) / std, None if refused.
+        true, estimate, std: Injected gain, identified gain, its total standard deviation [N m / drive unit]; the last
+            two and what follows from them are None if refused.
+        rel_error: (estimate - true) / true.
+        z: (estimate - true) / std.
         tolerance: Largest relative error that passes.
         identifiable: Whether identification gave a gain.
         passed: Whether the gain is within tolerance, or refused if it should not be identifiable.
@@ -129,14 +128,10 @@ MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 
 class RelError(NamedTuple):
-    """Errors of the arm's parameters, with each set of gains.
+    """Errors of the arm's parameters of a `quantity`, with a-priori and with identified gains (None without any).
 
-    Attributes:
-        quantity: `MOMENTS` or `INERTIAS`.
-        a_priori: Norm of the error over norm of the true parameters, with the a-priori gains.
-        a_priori_std: Expected root mean square of this error, from the standard deviations of the parameters.
-        found: As `a_priori`, with the identified gains; None if there are none.
-        found_std: As `a_priori_std`, with the identified gains.
+    Each is the norm of the error over that of the true parameters; `*_std` is its expected root mean square, from the
+    standard deviations of the parameters.
     """
 
     quantity: str
@@ -148,16 +143,13 @@ class RelError(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostVerdict:
-    """Results with a-priori and with identified gains, compared with the true values.
+    """Results with a-priori and with identified gains (`found`, None if there are none), compared with the true values.
 
     Attributes:
-        a_priori: Results with the a-priori gains.
-        found: Results with the identified gains, None if there are none.
         true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
         arm: Errors of the arm's parameters.
-        torque_a_priori: Norm of the error of the torque predicted on another motion over norm of the true drive torque,
-            by joint from 0, with the a-priori gains.
-        torque_found: As `torque_a_priori`, with the identified gains; joints without one are omitted.
+        torque_a_priori, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
+            drive torque, by joint from 0, with either gains; joints without a gain are omitted.
         tolerance: Largest relative error of the mass that passes, with the identified gains.
     """
 

@@ -28,7 +28,7 @@ class LoadedScenario:
 
     The same seed gives the same bytes in every function: `exp.run(3)`, trial 3 of `exp.monte_carlo(4)` and `rx90 run
     --seed 3` use the logs of `exp.simulate(3)`. Every function raises `ScenarioError` if a random setting cannot be
-    drawn or is not valid.
+    drawn or is not valid, and without an estimate as `run`.
     """
 
     setup: Setup
@@ -39,11 +39,7 @@ class LoadedScenario:
         return self.setup.structure.arm
 
     def simulate(self, seed: int = 0) -> Simulated:
-        """Simulate the motions: `logs` for `ident.identify`, and `truth.gain` for comparison.
-
-        Raises:
-            SimulationError: If a motion cannot be carried out.
-        """
+        """Simulate the motions: `logs` for `ident.identify`, and `truth.gain` for comparison; raises as `run`."""
         return simulate(self.setup, seed)
 
     def run(self, seed: int = 0) -> Run:
@@ -58,16 +54,9 @@ class LoadedScenario:
     def monte_carlo(
         self, count: int, *, seed: int = 0, workers: AbstractContextManager[Workers] | None = None
     ) -> "StudyRows":
-        """Repeat the scenario with consecutive seeds and new random values.
+        """Repeat the scenario `count` times with consecutive seeds from `seed` and new random values.
 
-        Args:
-            count: Number of trials.
-            seed: Seed of the first trial.
-            workers: Workers for the trials, as `local_processes(4)` or `dask_workers(address)`; this process if None.
-                Results do not depend on them.
-
-        Raises:
-            ScenarioError: If there are not enough seeds.
+        Results do not depend on workers: None is this process; or `local_processes(4)`, `dask_workers(address)`.
         """
         from scenarios.experiments.study import monte_carlo, study_rows_of  # studies need the extra of their name
 
@@ -83,8 +72,7 @@ class LoadedScenario:
         """Run the scenario with every combination of some values, with the same seeds each time.
 
         Args:
-            values: Values by key path, as `{"plant.payload.mass": [6.0, 7.0]}`; the end of a path is enough if it is
-                unique.
+            values: Values by key path, as `{"plant.payload.mass": [6.0, 7.0]}`; a unique end of a path is enough.
             seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
             workers: As in `monte_carlo`.
 
@@ -122,8 +110,7 @@ def assert_scenario(scenario: str, seeds: Iterable[int], *, false_alarm: float =
         The result of each joint, if all pass.
 
     Raises:
-        AssertionError: If a joint fails; the message names the joints, their misses, the worst trial, and the pass rate
-            that the number of seeds can detect.
+        AssertionError: If a joint fails; the message names joints, misses, worst trial and detectable pass rate.
         ScenarioError: If the scenario is wrong, or there are no seeds or too few for any failure.
     """
     from scenarios.experiments.statistics import allowed_misses, detectable_rate, joint_statistics, study_rows

@@ -59,11 +59,7 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
 
 
 def motion_digest(name: str, folder: Path) -> str:
-    """Return the digest of a motion's file, 16 hexadecimal digits.
-
-    Raises:
-        WrongValue: If it does not exist.
-    """
+    """Return the digest of a motion's file, 16 hexadecimal digits; raises `WrongValue` if it does not exist."""
     content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST, error=ScenarioError)
     return hashlib.sha256(content).hexdigest()[:16]
 

@@ -89,11 +89,7 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
 
 
 def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
-    """Compare joints, their anchors and axes at random states, and gravity of both parsers.
-
-    Raises:
-        RobotModelError: If they differ; the message names the difference.
-    """
+    """Compare joints, their anchors and axes at random states, and gravity; raises `RobotModelError` if they differ."""
 
     def differ(what: str) -> RobotModelError:
         where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
@@ -140,10 +136,7 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     """Read the links of a model file with MuJoCo, each in the axes of its body and with the origin on its joint.
 
-    Joints outside the chain to the flange are locked.
-
-    Raises:
-        PlantError: If MuJoCo cannot read it, for example because a link has no mass.
+    Joints outside the chain to the flange are locked. Raises `PlantError` if MuJoCo cannot read it.
     """
     model = _compiled(path, flange)
     data = mujoco.MjData(model)
@@ -237,10 +230,7 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
 def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure:
     """Return the identification model of a robot with couplings (pairs of joints, from 0), checked with MuJoCo.
 
-    Cached unless the model file changes.
-
-    Raises:
-        RobotModelError: If the model file is not an arm, or the parsers differ.
+    Cached unless the model file changes. Raises `RobotModelError` if it is not an arm, or the parsers differ.
     """
     return _structure(arm, arm.model.stat().st_mtime_ns, couplings)
 
@@ -255,10 +245,7 @@ def _structure(arm: "Robot", stamp: int, couplings: tuple[tuple[int, int], ...])
 def check_same_payload(arm: Arm, robot: "Robot") -> None:
     """Compare the torques of a payload without symmetry at random states, by the identification model and by MuJoCo.
 
-    Its frame, that of the last link, must be the same for both.
-
-    Raises:
-        RobotModelError: If they differ.
+    Its frame, that of the last link, must be the same for both; raises `RobotModelError` otherwise.
     """
     from sim.controller import inverse_dynamics
     from sim.plant import PayloadBody, bare_arm
@@ -277,11 +264,7 @@ def check_same_payload(arm: Arm, robot: "Robot") -> None:
 
 
 def robot_digests(name: str, folder: Path) -> dict[str, str]:
-    """Return the digests of a robot file and of its model, 16 hexadecimal digits each.
-
-    Raises:
-        PlantError: If they cannot be read.
-    """
+    """Return the digests of a robot file and of its model, 16 hexadecimal digits each."""
     from sim.plant import bare_arm
 
     arm = robot(name, folder)
@@ -295,13 +278,10 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedRobot:
-    """A robot of a command line and its known properties.
+    """A robot of a command line.
 
-    Attributes:
-        structure: Identifiable structure of the arm.
-        gain: A-priori drive gains [N m / drive unit], None if unknown.
-        model: Path of the model file.
-        flange: Last body of the arm, None if all joints belong to the arm.
+    `gain` are a-priori gains [N m / drive unit], None if unknown; `flange` is the last body of the arm, None if all
+    joints of the model file belong to it.
     """
 
     structure: Structure
@@ -316,8 +296,7 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
     Couplings are pairs of joints, from 0, by default those of the robot's file. A flange belongs to a model file.
 
     Raises:
-        WrongValue: If it is none of these.
-        ScenarioError: If a flange is given for a robot whose file states it.
+        ScenarioError: If it is none of these; if a flange is given for a robot whose file states it.
         RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
         PlantError: If the robot's file cannot be read.
     """

@@ -119,13 +119,9 @@ class Simulated:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run(Simulated):
-    """A trial that is identified and judged.
+    """A trial that is identified and judged, in `identify_s` [s] of wall time.
 
-    Attributes:
-        identification: The identified gains, and what they were identified from.
-        verdict: Comparison with the true values.
-        identify_s: Wall time of the identification [s].
-        cost: Effect of the controller's gains, None if not requested.
+    `cost` is the effect of the controller's gains, None if not requested.
     """
 
     identification: Identification

@@ -106,13 +106,7 @@ def load_scenario(name: str) -> Scenario:
 
 
 def robot_of(scenario: Scenario) -> Robot:
-    """The robot.
-
-    Raises:
-        WrongValue: If it does not exist.
-        ScenarioError: If its file cannot be read.
-        PlantError: If its file is not valid.
-    """
+    """The robot; raises as `robots.robot`, with the file that names it."""
     try:
         return robot(scenario.table.robot, scenario.folder)
     except ScenarioError as error:
@@ -138,11 +132,7 @@ def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
-    """Return the value at a key path of a scenario.
-
-    Raises:
-        ScenarioError: If it does not exist, or is a table.
-    """
+    """Return the value at a key path of a scenario; raises `ScenarioError` if it does not exist, or is a table."""
     inner: object = table
     for depth, key in enumerate(keys := place.split(".")):
         below = _entries(inner)
@@ -165,7 +155,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
 
 
 def place_of(table: ScenarioTable, name: str) -> str:
-    """Return the full key path for its end: `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
+    """Return the full key path for its end, as `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
 
     Raises:
         ScenarioError: If there is no such path, or more than one.
@@ -184,9 +174,7 @@ def place_of(table: ScenarioTable, name: str) -> str:
 
 
 def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
-    """Return the scenario with changed values and without random tables.
-
-    Only tables with changed values are validated again.
+    """Return the scenario with changed values, whose tables are validated again, and without random tables.
 
     Raises:
         ScenarioError: If a key path does not exist.
@@ -246,7 +234,6 @@ class Setup:
     """All inputs for running a scenario, for any seed.
 
     Attributes:
-        scenario: The scenario.
         plants: The true plants, by mounting.
         structure: Identifiable structure of the arm, from its kinematics.
         payloads: The assumed payloads, by mounting.

@@ -56,17 +56,13 @@ LARGEST = 2**16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """Definition of a study.
+    """Definition of a study: `count` trials of a scenario, each defined by its number.
 
     Attributes:
         kind: `monte-carlo`, `sensitivity`, `sweep` or `comparison`.
-        scenario: The scenario to be repeated.
-        count: Number of trials.
-        trial: Function that returns the trial of a number.
         schema: Columns of its rows.
         identity: Identity of the study besides kind and scenario; JSON values.
-        rows: Function that makes the rows of a trial.
-        rows_per_joint: Number of rows of a trial for each joint.
+        rows: Function that makes the rows of a trial, of which there are `rows_per_joint` for each joint.
     """
 
     kind: str
@@ -80,12 +76,7 @@ class Study:
 
 
 def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
-    """Return the study of `count` trials.
-
-    Raises:
-        ScenarioError: If there are not enough seeds or part names.
-        ScenarioError: If the target or distribution of a draw does not exist.
-    """
+    """Return the study of `count` trials; raises `ScenarioError` if seeds are too few, or a draw is not possible."""
     if count > MOST_TRIALS:
         raise ScenarioError(f"a study has {MOST_TRIALS} trials at most; request fewer")
     if seed + count > SEEDS:
@@ -102,16 +93,15 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 
 
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
-    """Return the study of all combinations; the first key varies slowest, seeds fastest.
+    """Return the study of all combinations; the first key varies slowest, seeds fastest. Swept values are not drawn.
 
     Args:
-        scenario: The scenario to be repeated; its random values are drawn, except swept ones.
+        scenario: The scenario to be repeated.
         values: Values by key path or its end.
         seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
 
     Raises:
-        ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws are
-            wrong.
+        ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or a draw is not possible.
     """
     check_draws(scenario)
     places = [place_of(scenario.table, name) for name in values]
@@ -135,9 +125,7 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
 
 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
-    """Return the study of both designs.
-
-    Trials by number: no source, each source alone, all together, then Saltelli's matrices row by row.
+    """Return the study of both designs: no source, each source alone, all together, Saltelli's matrices row by row.
 
     Args:
         scenario: The scenario with its `sources`.
@@ -146,8 +134,8 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         seed: Seed of both designs.
 
     Raises:
-        ScenarioError: If a number is not such a power of 2; if the scenario expects no gain.
-        ScenarioError: If the scenario declares no sources or wrong ones.
+        ScenarioError: If a number is not such a power of 2; if the scenario expects no gain, or declares no sources or
+            wrong ones.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
@@ -214,8 +202,8 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
     Rows do not depend on the workers. The record states the user's command; progress is shown on a console on stderr.
 
     Raises:
-        ScenarioError: If the folder holds another study or cannot be written, or workers cannot run trials.
-        ScenarioError: If the scenario or its draws are wrong.
+        ScenarioError: If the scenario or its draws are wrong; if the folder holds another study or cannot be written;
+            if workers cannot run trials.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)
@@ -281,12 +269,7 @@ def _results(study: Study, missing: Sequence[range], workers: Workers | None) ->
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StudyRows:
-    """Result of a study in memory.
-
-    Attributes:
-        rows: One row per trial and joint, in that order, with the columns of `trials.CONTRACT` and those of the varied
-            values.
-    """
+    """Result of a study in memory: a row per trial and joint, with `trials.CONTRACT` and the varied values."""
 
     rows: pa.Table
 

@@ -51,11 +51,7 @@ MakeRows = Callable[[Scenario, Simulated | Failure], Rows]
 
 
 def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
-    """Return the columns of a study: common ones, labels, and varied settings.
-
-    Raises:
-        ScenarioError: If a key path does not exist in the scenario.
-    """
+    """Return the columns of a study: common ones, labels, and varied settings, whose key paths must exist."""
     columns = setting_columns({place: value_at(scenario.table, place) for place in places})
     settings = {name: "string" if isinstance(value, str) else "double" for name, value in columns.items()}
     return pa.schema([*CONTRACT, *((name, "string") for name in labels), *settings.items()])
@@ -103,15 +99,7 @@ def judged_rows(scenario: Scenario, outcome: Simulated | Failure) -> Rows:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A chunk of trials for a worker.
-
-    Attributes:
-        scenario: The scenario to be repeated.
-        trials: The trials.
-        schema: Columns, from `trial_schema`.
-        versions: Versions of the study's process.
-        rows: Function that makes the rows of a trial.
-    """
+    """A chunk of trials for a worker, with the columns of `trial_schema`, and the versions of the study's process."""
 
     scenario: Scenario
     trials: tuple[Trial, ...]

@@ -71,8 +71,7 @@ class Workers:
 
     Attributes:
         open: Creates an executor; called again after a dying worker has broken the last one.
-        count: Returns the current number of workers, for the length of the queue; raises `ScenarioError` if they are no
-            longer reachable.
+        count: Returns the current number of workers; raises `ScenarioError` if they are no longer reachable.
         died: Exceptions of a task's future if its worker has died.
         close: Shuts down an executor without waiting for its tasks.
     """
@@ -86,9 +85,7 @@ class Workers:
 def completed(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
 ) -> Generator[tuple[Task, Result | CountedError]]:
-    """Run a function on every task.
-
-    The function and its tasks must be picklable; tasks are taken as workers become free.
+    """Run a function on every task, which workers take as they become free; both must be picklable.
 
     Yields:
         Each task with its result, or `WorkerDied` or `WorkerFailed`, in order of completion.
@@ -168,10 +165,7 @@ class _Pool(ProcessPoolExecutor):
 
 @contextmanager
 def local_processes(jobs: int) -> Generator[Workers]:
-    """Processes of this machine.
-
-    They are terminated at exit, and end themselves if this process is killed.
-    """
+    """Processes of this machine, terminated at exit; they end themselves if this process is killed."""
     before, environment = set(multiprocessing.active_children()), dict(os.environ)
     start = multiprocessing.get_context(_start_method())
     try:

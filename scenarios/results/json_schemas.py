@@ -48,7 +48,7 @@ RESULTS = {
     "monte-carlo": "scenarios.results.studies:StudyResult",
     "sensitivity": "scenarios.results.sensitivity:Budget",
     "compare": "scenarios.benchmark.comparison:Comparison",
-    "paper": "scenarios.benchmark.paper_result:PaperResult",
+    "paper": "scenarios.benchmark.paper:PaperResult",
 }
 """Models of JSON files and results by the name of their schema, which is generated when asked for."""
 

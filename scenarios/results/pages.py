@@ -35,7 +35,7 @@ PAGES = {
     "monte-carlo": "scenarios.results.studies:monte_carlo_page",
     "sensitivity": "scenarios.results.sensitivity:sensitivity_page",
     "comparison": "scenarios.benchmark.comparison:page",
-    "paper": "scenarios.benchmark.paper_result:page",
+    "paper": "scenarios.benchmark.paper:page",
 }
 """Kinds of results and the functions of their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"

@@ -184,7 +184,9 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario
     for place, value in settings.items():
         value_at(scenario.table, place)
         key, *above, last = place.split(".")
-        inner = changes.setdefault(key, getattr(scenario.table, key).model_dump(mode="json"))
+        if key not in changes:
+            changes[key] = getattr(scenario.table, key).model_dump(mode="json")
+        inner = changes[key]
         for each in above:
             inner = inner[each]
         inner[last] = value

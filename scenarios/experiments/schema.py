@@ -175,29 +175,25 @@ class ExperimentTable(Table):
 
 
 class BeliefTable(Table):
-    """Values that controller and identification assume."""
+    """Values that controller and identification assume.
 
-    controller_gain: Vector = Field(
-        description="A-priori gains that the controller divides torque by [N m / drive unit]"
-    )
-    couplings: tuple[tuple[int, int], ...] = Field(
-        (),
-        description="Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`; the "
-        "identification model has only these, whatever the robot has",
-    )
-    payload: Believed | None = Field(
-        None,
-        description="The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files",
-    )
-    payloads: dict[str, Believed] = Field({}, description="Further assumed payloads, by their names in the protocol")
-    known: Known | dict[str, Known] | None = Field(
-        None, description='Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`'
-    )
-    exact: bool | dict[str, bool] = Field(
-        False,
-        description="Whether the standard deviations of payloads are zero, for scenarios without payload errors; for "
-        "all or by name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`",
-    )
+    Attributes:
+        controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
+            the identification model has only these, whatever the robot has.
+        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payloads: Further assumed payloads, by their names in the protocol.
+        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
+        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
+            name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`.
+    """
+
+    controller_gain: Vector
+    couplings: tuple[tuple[int, int], ...] = ()
+    payload: Believed | None = None
+    payloads: dict[str, Believed] = Field({})
+    known: Known | dict[str, Known] | None = None
+    exact: bool | dict[str, bool] = False
 
 
 class IdentificationTable(Table):
@@ -239,26 +235,24 @@ class CostTable(Table):
 
 
 class DrawTable(Table):
-    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set."""
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
-    target: str | tuple[str, ...] = Field(
-        description="Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths"
-    )
-    distribution: str | None = Field(
-        None, description="Name of a distribution of `scipy.stats` that implements its own quantile function"
-    )
-    parameters: dict[str, float | Vector] = Field(
-        {},
-        description="Parameters of the distribution; an array has one value per number of the target, or of all "
-        "targets in order",
-    )
-    apply: Literal["replace", "add", "multiply"] = Field("replace", description="Use of the drawn numbers")
-    shared: bool = Field(
-        False, description="Whether one number is drawn for the whole target, instead of one per number"
-    )
-    choice: tuple[str | float, ...] | None = Field(
-        None, description="A set from which one value is drawn, instead of a distribution"
-    )
+    Attributes:
+        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
+        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
+        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
+            in order.
+        apply: Use of the drawn numbers.
+        shared: Whether one number is drawn for the whole target, instead of one per number.
+        choice: A set from which one value is drawn, instead of a distribution.
+    """
+
+    target: str | tuple[str, ...]
+    distribution: str | None = None
+    parameters: dict[str, float | Vector] = Field({})
+    apply: Literal["replace", "add", "multiply"] = "replace"
+    shared: bool = False
+    choice: tuple[str | float, ...] | None = None
 
     @property
     def targets(self) -> tuple[str, ...]:

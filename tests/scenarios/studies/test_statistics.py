@@ -6,7 +6,7 @@ import pyarrow as pa
 import pytest
 from quick import BRIEF, quick_scenario
 from scipy import stats
-from study_tables import gathered
+from study_tables import gathered, normal_rows
 
 from scenarios import assert_scenario, load
 from scenarios.experiments.statistics import (
@@ -136,18 +136,6 @@ def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
             rows_in(folder)
 
 
-def rows(
-    n: int, *, std: float = 0.01, claimed: float = 0.01, bias: float = 0.0, tolerance: float = 0.02
-) -> pd.DataFrame:
-    """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
-    error = np.random.default_rng(3).normal(bias, std, n)
-    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed}
-    first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
-    first["passed"] = np.abs(error) <= tolerance
-    second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
-    return pd.concat([first, second]).assign(tolerance=tolerance)
-
-
 def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
     for trials in (5, 20, 200, 2000):
         for wanted in (0.8, 0.95, 0.99):
@@ -159,7 +147,7 @@ def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
 def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
     allowed = allowed_misses(40, 0.9, 0.01 / 2)
     for misses, held in ((allowed, True), (allowed + 1, False)):
-        table = rows(40)
+        table = normal_rows(40)
         table["passed"] = (table["trial"] >= misses) | (table["joint"] == 2)
         one, two = joint_statistics(gathered(table).joints, wanted=0.9, false_alarm=0.01)
         assert (one.passed, one.held, two.held) == (40 - misses, held, True)
@@ -169,7 +157,7 @@ def test_the_rule_finds_the_rate_it_says_it_can_tell():
     allowed = allowed_misses(20, 0.95, 0.01 / 6)
     rate = detectable_rate(20, allowed, 0.95)
     np.testing.assert_allclose(stats.binom.sf(allowed, 20, 1 - rate), 0.95, rtol=1e-6)
-    held, other = joint_statistics(gathered(rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
+    held, other = joint_statistics(gathered(normal_rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
     assert not held.held  # 90 % pass
     assert other.held
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pytest
 from page_parts import drawn_intervals, plots, tables
 from scipy import stats
-from study_tables import gathered
+from study_tables import gathered, normal_rows
 
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import JointRows, joint_statistics
@@ -28,16 +28,6 @@ def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> Joi
         claimed=np.full(len(z), 0.012),
         z=z,
     )
-
-
-def table_of(n: int) -> pd.DataFrame:
-    """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
-    error = np.random.default_rng(3).normal(0.0, 0.01, n)
-    one = {"true": 2.0, "std": 0.02, "rel_error": error, "z": error / 0.01}
-    first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
-    first["passed"] = np.abs(error) <= 0.02
-    second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
-    return pd.concat([first, second]).assign(tolerance=0.02)
 
 
 def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
@@ -80,7 +70,7 @@ def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_
 
 
 def test_the_verdict_names_the_trials_of_the_worst_joint_and_files_are_written_even_without_any_gain(tmp_path):
-    nominal, table = load_scenario("nominal"), table_of(40)
+    nominal, table = load_scenario("nominal"), normal_rows(40)
     for missed, mood in ((3, Mood.GOOD), (19, Mood.BAD)):
         table["passed"] = (table["trial"] >= missed) | (table["joint"] == 1)
         result = StudyResult.of(nominal, 0, gathered(table))

@@ -190,20 +190,20 @@ REFUSED = {"identifiable": False}
 HUGE = b'{"gains": [{"joint": 1, "estimate": %s, "std": %s, "identifiable": true}]}'
 MISFITS = [
     (b"", "NoAnswer", "nothing"),
-    (b"gains: 1", "NoAnswer", "no JSON"),
-    (b"\xff", "NoAnswer", "not UTF-8"),
+    (b"gains: 1", "NoAnswer", "invalid JSON"),
+    (b"\xff", "NoAnswer", "invalid JSON"),
     (b"{}", "WrongForm", "gains: field required"),
     (answer({"joint": 1}), "WrongForm", "gains.0.estimate: field required"),
     (answer(gain(estimate="1.5")), "WrongForm", "gains.0.estimate: input should be a valid number"),
     (answer(gain(identifiable=1)), "WrongForm", "gains.0.identifiable: input should be a valid boolean"),
     (answer(gain(), gain(2)), "WrongJoints", "gains of joints [1, 2]; expected 1 to 1"),
-    (answer(gain(estimate=float("nan"))), "NotFinite", "NaN"),
-    (HUGE % (b"1e999", b"null"), "NotFinite", "estimate is inf"),
+    (answer(gain(estimate=float("nan"))), "NotFinite", "gains.0.estimate"),
+    (HUGE % (b"1e999", b"null"), "NotFinite", "gains.0.estimate"),
     (answer(gain(estimate=0.0)), "ImpossibleGain", "a gain of 0.0"),
     (answer(gain(estimate=None)), "ImpossibleGain", "a gain of None"),
     (answer(gain(std=-0.1)), "ImpossibleGain", "a standard deviation of -0.1"),
     (answer(gain(**REFUSED, estimate=None)), "ImpossibleGain", "is refused but has a number"),
-    (b"[" * 100000, "NoAnswer", "no JSON"),
+    (b"[" * 100000, "NoAnswer", "invalid JSON"),
 ]
 
 

@@ -118,15 +118,8 @@ def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, 
     return settings
 
 
-class Spread(NamedTuple):
-    """Mean and standard deviation of each number of a draw; not finite if they do not exist."""
-
-    mean: Array
-    std: Array
-
-
-def spread_of(draw: DrawTable, table: ScenarioTable) -> Spread:
-    """Return mean and standard deviation of a draw's numbers; raises as `settings_from`."""
+def spread_of(draw: DrawTable, table: ScenarioTable) -> tuple[Array, Array]:
+    """Return mean and standard deviation of each number of a draw, not finite if it has none."""
     middle = _quantiles(draw, np.full(numbers_needed(draw, table), 0.5), table)  # raises if a draw is not possible
     parameters = _parameters(draw, table)
     if draw.distribution in SCALED:
@@ -137,7 +130,7 @@ def spread_of(draw: DrawTable, table: ScenarioTable) -> Spread:
         with np.errstate(all="ignore"):
             distribution = _distribution(draw.distribution or "")
             mean, std = distribution.mean(**parameters), distribution.std(**parameters)
-    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), middle.shape) for x in (mean, std)))
+    return np.broadcast_to(mean, middle.shape), np.broadcast_to(std, middle.shape)
 
 
 def _parameters(draw: DrawTable, table: ScenarioTable) -> dict[str, Array]:

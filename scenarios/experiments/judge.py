@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.estimation.estimate import GainEstimate, RefusedGain
+from ident.estimation.estimate import GainEstimate
 from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
 from ident.estimation.rows import Columns
@@ -56,14 +56,10 @@ class GainVerdict:
     reason: str | None
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """The answer of a method for one joint.
+class Claim(NamedTuple):
+    """The answer of a method for one joint: gain and total standard deviation [N m / drive unit], reason of a refusal.
 
-    Attributes:
-        value: The gain [N m / drive unit], None if refused.
-        std: Its total standard deviation, None if refused or not estimated.
-        reason: Why it is refused, None if unknown.
+    Each is None if it does not apply.
     """
 
     value: float | None
@@ -88,10 +84,7 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
 
     `expectation` is the name of the file that states which gains should be identifiable, for the reason.
     """
-    claims = [
-        Claim(None, None, each.reason) if isinstance(each, RefusedGain) else Claim(each.value, each.std, None)
-        for each in estimate.joints
-    ]
+    claims = list(map(Claim, estimate.gain.tolist(), estimate.std.tolist(), estimate.reasons))
     return judge_claims(claims, true_gain, tolerance, expectation=expectation)
 
 

@@ -311,10 +311,6 @@ def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
     off, std, true = rows.loc[rows["claimed"] & rows["std"].notna(), ["off", "std", "true"]].to_numpy(np.float64).T
     least = None if bound is None or not np.isfinite(bound[joint - 1]) else float(bound[joint - 1])
     errors = error_statistics(error, std / true)
-    over = {
-        f"{name}_over_bound": None if errors[name] is None or least is None else errors[name] / least
-        for name in ("claimed", "spread")
-    }
     return MethodJoint(
         joint=joint,
         expected=int(rows["expected"].to_numpy(bool).sum()),
@@ -323,6 +319,11 @@ def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
         cover_1=coverage(off <= std),
         cover_2=coverage(off <= 2.0 * std),
         bound=least,
+        claimed_over_bound=_ratio(errors["claimed"], least),
+        spread_over_bound=_ratio(errors["spread"], least),
         **errors,
-        **over,
     )
+
+
+def _ratio(size: float | None, bound: float | None) -> float | None:
+    return None if size is None or bound is None else size / bound

@@ -123,16 +123,18 @@ def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, obj
             f"unknown method {shown(name)}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}, "
             "package.module:function, exec:COMMAND"
         )
-    kinds, parts = (ObserveOptions, GainOptions, ESTIMATORS[name].options), ([], [], list[str]())
+    kinds = [{field.name for field in fields(kind)} for kind in (ObserveOptions, GainOptions)]
+    parts: tuple[list[str], ...] = ([], [], [])
     for word in words:
         key = word.partition("=")[0].strip().replace("-", "_")
-        own = (k for k, kind in enumerate(kinds) if key in {field.name for field in fields(kind)})
-        parts[next(own, 2)].append(word)
+        parts[next((k for k, names in enumerate(kinds) if key in names), 2)].append(word)
     try:
-        *_, options = (options_from_words(kind, part) for kind, part in zip(kinds, parts, strict=True))
+        options_from_words(ObserveOptions, parts[0])
+        options_from_words(GainOptions, parts[1])
+        own = options_from_words(ESTIMATORS[name].options, parts[2])
     except OptionError as error:
         raise ScenarioError(f"method {shown(text)}: {error}") from error
-    return name, options, *(table_from_words(kind, part) for kind, part in zip(kinds[:2], parts, strict=False))
+    return name, own, table_from_words(ObserveOptions, parts[0]), table_from_words(GainOptions, parts[1])
 
 
 def _function(text: str) -> Function:

@@ -84,8 +84,11 @@ def _known_stream(name: str) -> str:
 
 def _named(payload: str) -> Payload:
     if payload not in rx90_mjcf.PAYLOADS:
-        said = f"unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; known: {{known}}"
-        raise PydanticCustomError("payload", said, {"known": ", ".join(rx90_mjcf.PAYLOADS)})
+        facts = {
+            "it": f"{shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}",
+            "known": ", ".join(rx90_mjcf.PAYLOADS),
+        }
+        raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", facts)
     return read_payload(rx90_mjcf.PAYLOADS[payload])
 
 
@@ -129,7 +132,8 @@ def body_of(payload: Payload) -> PayloadBody:
 
 
 if TYPE_CHECKING:  # a name is replaced by its numbers
-    Carried, Believed = BodyTable, dict[str, object]
+    Carried = BodyTable
+    Believed = dict[str, object]
 else:
     Carried = Annotated[str, AfterValidator(BodyTable.of)] | BodyTable
     Believed = Annotated[str, AfterValidator(lambda name: payload_to_table(_named(name)))] | dict[str, object]

@@ -47,9 +47,13 @@ def test_add_replace_shared_and_arrays_of_parameters(tmp_path):
     assert gain.max() < 1.0
     each = scenario(
         tmp_path,
-        draw('"plant.gain"', 'distribution = "uniform"\nparameters = { loc = [1, 2, 3, 4, 5, 6], scale = 0.1 }'),
+        draw(
+            '["plant.gain", "plant.coulomb_friction"]',
+            'distribution = "uniform"\nparameters = { loc = [1, 2, 3, 4, 5, 6], scale = 0.1 }',
+        ),
     )
-    np.testing.assert_array_equal(np.floor(values(each, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
+    for place in ("plant.gain", "plant.coulomb_friction"):
+        np.testing.assert_array_equal(np.floor(values(each, place, 5)), np.tile(np.arange(1, 7), (5, 1)))
 
 
 @pytest.mark.parametrize("shared", ["true", "false"])

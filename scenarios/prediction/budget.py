@@ -80,9 +80,8 @@ class Predictor:
         """Linearise the estimate, and prepare the logs and their noise with every source off.
 
         Raises:
-            ScenarioError: If the scenario declares no error sources or requires no gain; if there is no first-order model
-                of its method.
-            ScenarioError: If a source is wrong.
+            ScenarioError: If the scenario declares no error sources, wrong ones, or requires no gain; if there is no
+                first-order model of its method.
             IdentificationError: If there is no gain to identify.
             SimulationError: If a plant cannot be built.
         """

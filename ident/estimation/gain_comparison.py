@@ -180,11 +180,12 @@ def common_scale(x: Array, C: Array) -> CommonScale:
         L = linalg.cholesky(C, lower=True)
     except linalg.LinAlgError:
         raise GainsError("the covariance of the gains is singular; state a standard deviation of each") from None
-    ones, y = linalg.solve_triangular(L, np.column_stack((np.ones(len(x)), x)), lower=True).T  # white
+    white = np.asarray(linalg.solve_triangular(L, np.column_stack((np.ones(len(x)), x)), lower=True), np.float64)
+    ones, y = white[:, 0], white[:, 1]
     weight = float(ones @ ones)
     value = float(ones @ y) / weight
     rest = Together.of(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
-    weights = linalg.solve_triangular(L, ones, lower=True, trans=1) / weight
+    weights = np.asarray(linalg.solve_triangular(L, ones, lower=True, trans=1), np.float64) / weight
     return CommonScale(value=value, std=weight**-0.5, weights=weights, rest=rest)
 
 

@@ -7,10 +7,10 @@ import pytest
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, exact_problem, sequential_gains, values
 
 import ident
-from ident.estimation.estimate import IdentifiedGain, RefusedGain, joint_signs
+from ident.estimation.estimate import IdentifiedGain, RefusedGain, joint_signs, judge_identifiability
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.sequential_2011 import first_moments
-from ident.estimation.joint_by_joint import gain_system, joint_fit
+from ident.estimation.joint_by_joint import gain_system, joint_by_joint, joint_fit
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.payload.payload import Payload
 from ident.support.errors import NotIdentifiable
@@ -135,6 +135,18 @@ def test_everything_that_ident_exports_exists():
     assert ident.IdentifiedGain is IdentifiedGain
     with pytest.raises(AttributeError, match="attribute identity"):
         _ = ident.identity
+
+
+def test_the_deviation_that_decides_is_of_residuals_payload_and_model_together(structure, heavy, rng):
+    problem, known = pair(*exact_pair(structure, heavy, GAIN, rng), heavy, TRUSTING), [heavy.known_part()]
+    solution = joint_by_joint(problem, [joint_fit(problem, j, known) for j in range(6)], known)
+    plain, more = (
+        judge_identifiability("x", problem, replace(solution, payload=np.full((6, 2), a), model=np.full((6, 1), b)))
+        for a, b in ((0.0, 0.0), (0.003, 0.005))
+    )
+    for one, other in zip(plain.joints, more.joints, strict=True):
+        grown = np.sqrt(one.predicted_rel_std**2 + 2.0 * 0.003**2 + 0.005**2)
+        np.testing.assert_allclose(other.predicted_rel_std, grown, rtol=1e-12)
 
 
 # By the moments of the payload

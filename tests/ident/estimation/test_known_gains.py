@@ -9,7 +9,7 @@ from estimates import gain_estimate
 
 from ident.estimation.all_joints import GIVEN_STD
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.known_gains import KnownGains, estimated_gains, joint_torque, shares
+from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains, joint_torque, shares
 from ident.estimation.problem import GainOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import GainsError
@@ -114,3 +114,13 @@ def test_the_covariance_of_gains_replaces_that_of_the_priors_which_fix_them(monk
     relative = shares(told, options, None, list(rivals.T))
     B = np.hstack((BELIEF, rivals))  # of the scale alone, which is exact
     np.testing.assert_allclose(relative.total, found.residual + B @ B.T, rtol=1e-12)
+
+
+def test_gains_of_another_sign_or_unit_are_not_of_the_same_drives_and_none_has_an_indefinite_covariance():
+    gains = KnownGains(names=("a", "b", "c"), joints=np.array([0, 2]), value=[2.0, -3.0], covariance=np.zeros((2, 2)))
+    check_comparable(gains, replace(gains, joints=np.array([1, 2]), value=[-5.0, -4.0]))
+    for value, said in ((4.0, "joint 3: 4, .*same sign"), (-50.0, "joint 3: -50 is 17 times")):
+        with pytest.raises(GainsError, match=said):
+            check_comparable(gains, replace(gains, joints=np.array([1, 2]), value=[5.0, value]))
+    with pytest.raises(GainsError, match="negative eigenvalue"):
+        replace(gains, covariance=1e6 * np.array([[1.0, 1.5], [1.5, 1.0]]))

@@ -11,24 +11,13 @@ class PlantError(SimulationError):
     """A robot, model, plant, controller or sensor that is impossible, or that cannot be read, compiled or drawn."""
 
 
+NO_POSITION, SATURATED, LIMIT_REACHED, DIVERGED = "NoPosition", "Saturated", "LimitReached", "Diverged"
+"""Kinds of `TrajectoryError`: no feasible start, a drive at its limit for too long, a joint at the end of its range, a
+state that left all bounds."""
+
+
 class TrajectoryError(SimulationError):
-    """A motion that the robot cannot follow, found before or in its simulation."""
-
-
-class NoPosition(TrajectoryError):
-    """No feasible start of a motion."""
-
-
-class Saturated(TrajectoryError):
-    """A drive at its limit for too long."""
-
-
-class LimitReached(TrajectoryError):
-    """A joint at the end of its range."""
-
-
-class Diverged(TrajectoryError):
-    """A state that left all bounds."""
+    """A motion that the robot cannot follow, found before or in its simulation; `kind` says why."""
 
 
 ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"

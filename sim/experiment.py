@@ -16,7 +16,7 @@ from ident.support.arrays import Array
 from sim.controller import ControllerBelief, ControllerOptions
 from sim.effects import Temperature
 from sim.effects.motors import warmed
-from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
+from sim.errors import DIVERGED, LIMIT_REACHED, SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.plant import Plant
 from sim.sensors import SensorOptions
 from sim.trajectory import FourierTrajectory
@@ -143,20 +143,22 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
     Readings [rad] and current references [drive units] have the shape (N, n); `unstable` if MuJoCo met a bad state.
     """
     if unstable or not np.isfinite(q).all():
-        return Diverged(
+        return TrajectoryError(
             f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant",
+            kind=DIVERGED,
         )
     rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
     first = first_at_limit(v, limit, rate)
     if first is not None:
         j, since = first
-        return Saturated(
+        return TrajectoryError(
             f"{e.name}: drive of {model.joint(j).name} at its limit of {limit[j]:g} for more than "
             f"{SATURATED_TOO_LONG:g} s from t = {since:.3f} s; "
             + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains"),
             joint=j,
             value=float(np.abs(v[:, j]).max()),
             bounds=(-float(limit[j]), float(limit[j])),
+            kind=SATURATED,
         )
     lower, upper = model.jnt_range[: q.shape[1]].T  # of the arm; motors come behind; both 0 without a range
     beyond = ((q < lower) | (q > upper)) & (lower < upper)
@@ -164,12 +166,13 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
         return None
     k, j = np.argwhere(beyond)[0]
     unit = "m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE else "rad"
-    return LimitReached(
+    return TrajectoryError(
         f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} {unit} leaves its range {lower[j]:.3f} to {upper[j]:.3f} "
         f"{unit} at t = {k / rate:.3f} s; use another motion or a stiffer controller",
         joint=int(j),
         value=float(q[k, j]),
         bounds=(float(lower[j]), float(upper[j])),
+        kind=LIMIT_REACHED,
     )
 
 

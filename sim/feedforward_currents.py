@@ -26,7 +26,7 @@ from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
 from sim.effects.transmissions import coupling_tendons
 from sim.engine import Varied, acting
-from sim.errors import PlantError, Saturated, SimulationError
+from sim.errors import SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import (
     SATURATED_TOO_LONG,
     Experiment,
@@ -105,7 +105,7 @@ def check_torque_limits(experiments: Sequence[Experiment]) -> None:
     """Check that no drive of an arm without model errors is at its current limit for too long.
 
     Raises:
-        Saturated: If a drive is.
+        TrajectoryError: If a drive is.
         PlantError: If a plant cannot be compiled.
     """
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
@@ -117,13 +117,14 @@ def check_torque_limits(experiments: Sequence[Experiment]) -> None:
         joint, since = over
         name = bare_arm(robot.model, drives.rotor_inertia, robot.flange).joint(joint).name
         most, limit = float(abs(v[:, joint]).max()), drives.current_limit[joint]
-        raise Saturated(
+        raise TrajectoryError(
             f"{e.name}: drive of {name} would need up to {most:.4g} where its limit is {limit:g}, for more than "
             f"{SATURATED_TOO_LONG:g} s from t = {since:.2f} s; "
             + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion"),
             joint=joint,
             value=most,
             bounds=(-float(limit), float(limit)),
+            kind=SATURATED,
         )
 
 

@@ -8,6 +8,7 @@ class ProjectError(Exception):
         joint: The joint, from 0; None if it is not of one joint.
         value: The refused number, None if there is none.
         bounds: Smallest and largest number that is allowed, infinite without a limit; None without a number.
+        kind: The cause, as studies count it; the name of the class if it is not stated.
     """
 
     def __init__(
@@ -17,10 +18,12 @@ class ProjectError(Exception):
         joint: int | None = None,
         value: float | None = None,
         bounds: tuple[float, float] | None = None,
+        kind: str = "",
     ) -> None:
         """State the message and the numbers in it."""
         super().__init__(message)
         self.joint, self.value, self.bounds = joint, value, bounds
+        self.kind = kind or type(self).__name__
 
 
 class IdentificationError(ProjectError, ValueError):

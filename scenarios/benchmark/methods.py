@@ -5,7 +5,7 @@
     exec: COMMAND              is given the problem's folder as its last argument
 
 A process prints the gains as the JSON object of `rx90 identify --json`; methods in Python are run by this module as a
-program. A call without a valid answer has a `CountedError`, which is counted.
+program. A call without a valid answer has a `ScenarioError`, which is counted.
 """
 
 import hashlib
@@ -41,7 +41,7 @@ from ident.support.naming import nearest, one_line, shown
 from ident.support.options import options_from_table, options_from_words, table_from_words
 from scenarios.results.gains import Result
 from scenarios.results.problem_folder import GivenProblem, read_problem
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import PACKAGES
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Limits:
 class Call(NamedTuple):
     """Outcome of a call, one answer per joint or the error, and its wall time with the start of the program [s]."""
 
-    outcome: "tuple[Claim, ...] | CountedError"
+    outcome: "tuple[Claim, ...] | ScenarioError"
     seconds: float
 
 
@@ -176,7 +176,7 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
             _run((*method.words, str(folder.absolute())), out, err, limits)
             out.seek(0)
             outcome = read_answer(out.read(), joints)
-        except CountedError as error:
+        except ScenarioError as error:
             outcome = error
     return Call(outcome=outcome, seconds=time.perf_counter() - started)
 
@@ -190,7 +190,7 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
             words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment
         )
     except OSError as error:
-        raise CountedError("MethodNotStarted", f"{one_line(words[0])}: {error.strerror}") from error
+        raise ScenarioError(f"{one_line(words[0])}: {error.strerror}", kind="MethodNotStarted") from error
     try:
         if sys.platform == "linux":
             import resource
@@ -200,24 +200,26 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
                     resource.prlimit(process.pid, limit, (int(value), int(value)))
         status = process.wait(limits.time_s)
     except subprocess.TimeoutExpired:
-        raise CountedError("MethodTimedOut", f"no answer after {limits.time_s:g} s") from None
+        raise ScenarioError(f"no answer after {limits.time_s:g} s", kind="MethodTimedOut") from None
     finally:
         with suppress(ProcessLookupError, PermissionError):  # no process is left
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
     if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
-        raise CountedError("NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object")
+        raise ScenarioError(
+            f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object", kind="NoAnswer"
+        )
     if not status:
         return
     err.seek(max(0, err.seek(0, os.SEEK_END) - TAIL))
     said = err.read().decode("utf-8", "replace").strip()
     last = one_line(said.splitlines()[-1]) if said else "it printed no message"
     if "MemoryError" in last or "bad_alloc" in said or "annot allocate memory" in last:
-        raise CountedError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
+        raise ScenarioError(f"it requested more than {limits.memory_gb:g} GB: {last}", kind="MethodOutOfMemory")
     if status > 0:
-        raise CountedError("MethodCrashed", f"exit status {status}: {last}")
+        raise ScenarioError(f"exit status {status}: {last}", kind="MethodCrashed")
     name = signal.Signals(-status).name if -status in set(signal.Signals) else f"signal {-status}"
-    raise CountedError("MethodCrashed", f"ended by {name}: {last}")
+    raise ScenarioError(f"ended by {name}: {last}", kind="MethodCrashed")
 
 
 class AnswerGain(BaseModel):
@@ -248,24 +250,26 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
     """Return one answer per joint.
 
     Raises:
-        CountedError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
+        ScenarioError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
             missing or of a wrong type (`WrongForm`); if the joints are not those of the arm, in order (`WrongJoints`);
             if the entry of a joint is contradictory or impossible (`ImpossibleGain`).
     """
     from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
 
     if not output.strip():
-        raise CountedError("NoAnswer", "it printed nothing; expected one JSON object")
+        raise ScenarioError("it printed nothing; expected one JSON object", kind="NoAnswer")
     try:
         gains = AnswerFile.model_validate_json(output, strict=True).gains
     except ValidationError as error:
         first = error.errors()[0]
         where, message = ".".join(map(str, first["loc"])), one_line(first["msg"][0].lower() + first["msg"][1:])
         said = f"{where}: {message}" if where else f"{message}; it printed {shown(output.decode(errors='replace'))}"
-        raise CountedError(KINDS.get(first["type"], "WrongForm"), said) from error
+        raise ScenarioError(said, kind=KINDS.get(first["type"], "WrongForm")) from error
     numbers = [gain.joint for gain in gains]
     if numbers != list(range(1, joints + 1)):
-        raise CountedError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
+        raise ScenarioError(
+            f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order", kind="WrongJoints"
+        )
     for gain in gains:
         value, std, refused = gain.estimate, gain.std, not gain.identifiable
         for wrong, said in (
@@ -274,7 +278,7 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
             (std is not None and std < 0.0, f"a standard deviation of {std}"),
         ):
             if wrong:
-                raise CountedError("ImpossibleGain", f"joint {gain.joint}: {said}")
+                raise ScenarioError(f"joint {gain.joint}: {said}", kind="ImpossibleGain")
     return tuple(Claim(gain.estimate, gain.std, None if gain.identifiable else gain.reason) for gain in gains)
 
 

@@ -27,7 +27,7 @@ from scenarios.experiments.study import Study, monte_carlo
 from scenarios.experiments.trials import Rows, common_columns, judged_rows, trial_schema
 from scenarios.results.problem_folder import write_problem
 from scenarios.results.run_folder import simulated_problem
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -85,7 +85,7 @@ def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, o
             write_trial(outcome, Path(place))
             called = call(method, Path(place), joints, limits)
         answer, lost = called.outcome, dict[str, object]()
-        if isinstance(answer, CountedError):
+        if isinstance(answer, ScenarioError):
             lost = {"failure": answer.kind, "reason": str(answer), "passed": False}
             answer = (Claim(None, None, None),) * joints
         verdict = judge_claims(answer, setup.true_gain, tolerance, expectation=setup.scenario.expectation)

@@ -16,7 +16,7 @@ from scenarios.design.search import Found, best_fitted
 from scenarios.experiments.motions import write_motion
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel
-from sim.errors import NoPosition, PlantError, TrajectoryError
+from sim.errors import NO_POSITION, PlantError, TrajectoryError
 from sim.shapes import CLEARANCE
 from sim.trajectory import FourierTrajectory
 
@@ -126,11 +126,12 @@ def found_motion(
     for attempt in range(ATTEMPTS):
         try:
             motions.append(best_fitted(design, series, search(design, series, attempt)))
-        except NoPosition as error:
-            said = f"{error}: --payload KG; or state --torque, or name a pose that can be held and is clear, --home"
-            raise NoPosition(said) from error
         except TrajectoryError as error:
-            failed = error
+            if error.kind != NO_POSITION:
+                failed = error
+                continue
+            said = f"{error}: --payload KG; or state --torque, or name a pose that can be held and is clear, --home"
+            raise TrajectoryError(said, kind=NO_POSITION) from error
         if motions and (design.deviations(motions[-1]) <= SHOWN).all():
             break
     if not motions:

@@ -19,7 +19,7 @@ from ident.support.arrays import Array
 from scenarios.design.excitation import SHARES, Design
 from scenarios.design.parametrisations import Series
 from scenarios.rendering.result import ResultModel
-from sim.errors import NoPosition, TrajectoryError
+from sim.errors import NO_POSITION, TrajectoryError
 from sim.trajectory import FourierTrajectory
 
 FIRST = 300
@@ -69,7 +69,7 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
         Home if it is feasible at rest, otherwise random feasible positions within the ranges, shape (k, n).
 
     Raises:
-        NoPosition: If there are none.
+        TrajectoryError: If there are none, of the kind `NO_POSITION`.
     """
     if design.at_rest(home[None])[0] == 0.0:
         return home[None]
@@ -78,9 +78,10 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     over = design.at_rest(drawn)
     if (over > 0.0).all():
         why = design.broken(design.resting(drawn[[over.argmin()]]))
-        raise NoPosition(
+        raise TrajectoryError(
             f"robot {design.plant.robot.name}: neither home nor any of {POSITIONS} random positions is feasible; at "
             f"rest, the most feasible one {why}; check these shapes and torques, or take a lighter payload",
+            kind=NO_POSITION,
         )
     return drawn[over == 0.0][:ADMISSIBLE]
 

@@ -15,12 +15,12 @@ from ident.estimation.estimate import GainEstimate
 from ident.identification import Identification, identify
 from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion, Recording
-from ident.support.errors import IdentificationError
+from ident.support.errors import IdentificationError, ProjectError
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge
 from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from sim.errors import SimulationError
 from sim.experiment import Experiment
@@ -66,7 +66,7 @@ class Failure:
     @property
     def kind(self) -> str:
         """The name by which studies count the error."""
-        if isinstance(self.error, CountedError):
+        if isinstance(self.error, ProjectError):
             return self.error.kind
         return "MemoryError" if isinstance(self.error, MemoryError) else type(self.error).__name__  # NumPy has its own
 

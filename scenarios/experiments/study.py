@@ -31,7 +31,7 @@ from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study_folder import StudyFolder, study_folder
 from scenarios.experiments.trials import MakeRows, Task, judged_rows, run_task, trial_schema
 from scenarios.experiments.workers import Workers, completed
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import progress_of
 from scenarios.support.versions import versions
 
@@ -260,7 +260,7 @@ def _results(study: Study, missing: Sequence[range], workers: Workers | None) ->
         return
     with closing(completed(workers, run_task, tasks)) as results:
         for task, outcome in results:
-            if isinstance(outcome, CountedError):
+            if isinstance(outcome, ScenarioError):
                 lost = [Failure(trial=trial, error=outcome) for trial in task.trials]
                 rows = [row for failure in lost for row in study.rows(study.scenario, failure)]
                 outcome = pa.Table.from_pylist(rows, study.schema)

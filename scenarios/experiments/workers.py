@@ -38,7 +38,7 @@ from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
 from ident.support.naming import needed_extra
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 
 SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the command"
 AHEAD = 2
@@ -84,7 +84,7 @@ class Workers:
 
 def completed(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
-) -> Generator[tuple[Task, Result | CountedError]]:
+) -> Generator[tuple[Task, Result | ScenarioError]]:
     """Run a function on every task, which workers take as they become free; both must be picklable.
 
     Yields:
@@ -115,7 +115,7 @@ def completed(
                     workers.count()  # raises if they are no longer reachable
                 for future in finished:
                     task, outcome = running.pop(future), _outcome(future, workers.died)
-                    if not isinstance(outcome, CountedError):
+                    if not isinstance(outcome, ScenarioError):
                         returned += 1
                     elif alone:
                         given_up += 1
@@ -134,7 +134,7 @@ def completed(
         pending, alone = alone or broken, bool(suspects)
 
 
-def _outcome(future: Future[Result], died: type[Exception]) -> Result | CountedError:
+def _outcome(future: Future[Result], died: type[Exception]) -> Result | ScenarioError:
     try:
         return future.result()
     except ScenarioError:
@@ -142,13 +142,13 @@ def _outcome(future: Future[Result], died: type[Exception]) -> Result | CountedE
     except CancelledError as error:  # not by this process
         raise ScenarioError(SCHEDULER_GONE) from error
     except died:
-        return CountedError("WorkerDied", "its worker died")
+        return ScenarioError("its worker died", kind="WorkerDied")
     except Exception as error:
         absent = error if isinstance(error, ImportError) else error.__cause__
         if isinstance(absent, ImportError):
             said = f"workers or scheduler cannot run trials: {absent}; install this version there"
             raise ScenarioError(said) from error
-        return CountedError("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])
+        return ScenarioError(f"its worker failed: {type(error).__name__}: {error}".splitlines()[0], kind="WorkerFailed")
 
 
 class _Pool(ProcessPoolExecutor):

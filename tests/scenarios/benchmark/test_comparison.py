@@ -21,7 +21,7 @@ from scenarios.experiments.loaded_scenario import load
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.study import carry_out, study_identity
 from scenarios.rendering.content import Mood
-from scenarios.support.errors import CountedError
+from scenarios.support.errors import ScenarioError
 
 QUIET = Console(quiet=True)
 LIMITS = Limits(time_s=60.0)
@@ -33,7 +33,7 @@ def called_here(method: Method, folder: Path, joints: int, limits: Limits) -> Ca
     try:
         outcome = read_answer(json.dumps(python_answer(method.text, folder)).encode(), joints)
     except ValueError as error:
-        outcome = CountedError("MethodCrashed", str(error))
+        outcome = ScenarioError(str(error), kind="MethodCrashed")
     return Call(outcome=outcome, seconds=0.7)
 
 

@@ -12,7 +12,7 @@ from ident.model.structure import Structure
 from scenarios.benchmark.methods import Call, Limits, call, method_of, python_answer, read_answer
 from scenarios.experiments.judge import Claim
 from scenarios.results.json_schemas import schema
-from scenarios.support.errors import CountedError, ScenarioError
+from scenarios.support.errors import ScenarioError
 
 LIMITS = Limits(time_s=60.0, memory_gb=2.0)
 
@@ -141,7 +141,7 @@ ENDS = [
 @pytest.mark.parametrize(("text", "kind", "message"), ENDS, ids=[text for text, *_ in ENDS])
 def test_a_method_that_fails_is_an_outcome_with_a_name(text, kind, message, folder):
     error = asked(text, folder).outcome
-    assert isinstance(error, CountedError), error
+    assert isinstance(error, ScenarioError), error
     assert error.kind == kind
     assert message in str(error)
     assert "\n" not in str(error)
@@ -209,7 +209,7 @@ MISFITS = [
 
 def test_every_misfit_of_an_answer_has_a_name():
     for text, kind, message in MISFITS:
-        with pytest.raises(CountedError) as caught:
+        with pytest.raises(ScenarioError) as caught:
             read_answer(text, 1)
         assert (caught.value.kind, message in str(caught.value)) == (kind, True), str(caught.value)
         assert len(str(caught.value)) < 300

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ident.support.arrays import Array, readonly
@@ -93,3 +93,14 @@ def fault_of(error: ValidationError, above: str = "") -> str:
         return f"{place} is missing"
     what = one_line(first["msg"])
     return f"{place + ': ' if place else ''}{what[0].lower()}{what[1:]}, got {shown(first['input'])}"
+
+
+class InertiaTable(Table):
+    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
+
+    ixx: float = Field(description="Moment about x [kg m^2]")
+    iyy: float = Field(description="Moment about y [kg m^2]")
+    izz: float = Field(description="Moment about z [kg m^2]")
+    ixy: float = Field(0.0, description="Product of x and y [kg m^2]")
+    ixz: float = Field(0.0, description="Product of x and z [kg m^2]")
+    iyz: float = Field(0.0, description="Product of y and z [kg m^2]")

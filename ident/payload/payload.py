@@ -82,16 +82,16 @@ class Payload:
         slack = 1e-9 * max(abs(low), abs(high), 1e-12)
         if low < -slack:
             raise PayloadError(f"payload: inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
-        if high > low + middle + slack:
-            raise PayloadError(
-                "payload: inertia violates the triangle inequality: principal moments "
-                f"{low:.3g} + {middle:.3g} < {high:.3g} kg m^2"
-            )
         moment, key = max(zip(self.inertia[:3], INERTIA_KEYS, strict=False))
         if (radius := (moment / self.mass) ** 0.5) > widest:
             raise PayloadError(
                 f"payload: inertia.{key} = {moment:g} with mass = {self.mass:g} kg means a radius of gyration of "
                 f"{radius:.3g} m; expected {widest:.3g} m at most; state kg m^2 about the centre of mass"
+            )
+        if high > low + middle + slack:
+            raise PayloadError(
+                "payload: inertia violates the triangle inequality: principal moments "
+                f"{low:.3g} + {middle:.3g} < {high:.3g} kg m^2"
             )
 
     def known_part(self) -> "KnownPayload":

@@ -28,7 +28,7 @@ from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.plant import PayloadBody
 from sim.sensors import STREAMS, SensorOptions
-from sim.tables import Table, validated_table
+from sim.tables import InertiaTable, Table, validated_table
 
 BARE = "bare"
 PAIR = (BARE, LOADED)
@@ -90,17 +90,6 @@ def _named(payload: str) -> Payload:
         }
         raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", facts)
     return read_payload(rx90_mjcf.PAYLOADS[payload])
-
-
-class InertiaTable(Table):
-    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
-
-    ixx: float = Field(description="Moment about x [kg m^2]")
-    iyy: float = Field(description="Moment about y [kg m^2]")
-    izz: float = Field(description="Moment about z [kg m^2]")
-    ixy: float = Field(0.0, description="Product of x and y [kg m^2]")
-    ixz: float = Field(0.0, description="Product of x and z [kg m^2]")
-    iyz: float = Field(0.0, description="Product of y and z [kg m^2]")
 
 
 class BodyTable(Table):

@@ -121,7 +121,7 @@ class JointStatistics(BaseModel):
     )
     pass_rate: float = Field(description="Share of trials that passed; a failed trial did not pass")
     pass_low: float = Field(description="Lower end of the 95 % interval of that share (Clopper and Pearson)")
-    pass_high: float = Field(description="Its upper end")
+    pass_high: float = Field(description="Upper end of the interval of the share of passes")
     wanted: float = Field(description="Share of passes that the scenario requires")
     allowed: int = Field(description="Largest number of misses that is compatible with it")
     held: bool = Field(

@@ -16,7 +16,6 @@ from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
-from scenarios.experiments.schema import InertiaTable
 from scenarios.rendering.content import (
     ColumnOf,
     Mood,
@@ -33,6 +32,7 @@ from scenarios.rendering.content import (
 )
 from scenarios.rendering.result import NAME, VALUE, ResultModel
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_paragraphs
+from sim.tables import InertiaTable
 
 Vector = tuple[float, float, float]
 Ten = tuple[float, float, float, float, float, float, float, float, float, float]

@@ -14,8 +14,9 @@ from typing import Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from scenarios.experiments.schema import InertiaTable, Known, Positive, Triple
+from scenarios.experiments.schema import Known, Positive, Triple
 from scenarios.support.texts import ENDING, FOLDER, attribute_docs
+from sim.tables import InertiaTable
 
 FILES = {
     "scenario": "scenarios.experiments.schema:ScenarioTable",

@@ -79,7 +79,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
     scenario = setup(str(path))
     design = Design.of(setup_without_motion(scenario.scenario))
     rows = design.rows(scenario.experiments[0].trajectory)
-    predicted = design.prediction(rows, design.structure)(design.carried).noise
+    predicted = design.predicted(rows)(design.carried).noise
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
         residual = result.estimate.residual_share(j)

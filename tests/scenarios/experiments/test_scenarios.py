@@ -99,7 +99,7 @@ def test_a_missed_tolerance_is_exit_status_1(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     path.write_text(re.sub("^gain = .*$", "gain = [1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9]", path.read_text(), flags=re.M))
     assert main(["run", str(path)]) == 1
-    assert re.search("FAILED: joints 1.* exceed their tolerance .worst: joint ", capsys.readouterr().out)
+    assert re.search("FAILED: joints 1.* beyond tolerance .worst: joint ", capsys.readouterr().out)
 
 
 def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):

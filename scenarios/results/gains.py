@@ -281,10 +281,7 @@ class Result(DiagnosedResult):
 
     def _table(self, unit: str) -> Table:
         """Return the table of gains, beside the injected ones if these are known; contributions only in files."""
-        judged, alike = (
-            self.judged,
-            len({gain.tolerance for gain in self.gains if gain.identifiable}) < 2,
-        )  # else a column
+        judged, alike = self.judged, len({gain.tolerance for gain in self.gains if gain.identifiable}) < 2
 
         def verdict(gain: ResultGain) -> Cell:
             if judged and not gain.passed:

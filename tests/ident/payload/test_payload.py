@@ -55,7 +55,9 @@ FAULTS = {
     "mass = 1": "known = 'all' but com is missing; add it, or set known = 'mass'",
     "mass = 1\ncom = [0, 0, 0]": "known = 'all' but inertia is missing",
     "mass = 1\ncom = [0, 0]": r"com = \[0, 0\]; expected three numbers",
-    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1', 'izz = 3')}": r"triangle inequality: .* 1 \+ 1 < 3",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('1,', '0.02,').replace('izz = 0.02', 'izz = 0.07')}": (
+        r"triangle inequality: .* 0\.02 \+ 0\.02 < 0\.07"
+    ),
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1', 'ixx = -1')}": "smallest principal moment is -1",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1, ', '')}": r"inertia\.ixx is missing; ixx, iyy and izz",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1, ', '')}": r"inertia\.izz is missing",

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
+from ident.model.parameters import INERTIAL, PSEUDO_INERTIAS, STANDARD, pseudo_inertia
 from ident.model.structure import BaseParameters
 from ident.parameters.arm import Quantity
 from ident.support.arrays import Array, Mask
@@ -26,8 +26,6 @@ LEFT = 1e-3
 """Smallest share of a model's link that remains: simulators cannot use a link with zero inertia about an axis."""
 LEAST = 1e-10
 """Smallest relative eigenvalue of a correlation matrix that is used."""
-BASIS = pseudo_inertia(np.eye(len(INERTIAL)))
-"""Pseudo-inertias of unit parameters, shape (10, 4, 4)."""
 SHOWN = 1e-9
 """Smallest share of a parameter in a base parameter above rounding."""
 MASS = INERTIAL.index("M")
@@ -123,9 +121,9 @@ def nearest_links(
     least = np.concatenate((LEFT * own, np.zeros(m)))  # the excess must be physically consistent
     fixed, slopes = np.zeros((n + m, 4, 4)), np.zeros((size * n + m, n + m, 4, 4))
     for j in range(n):
-        slopes[size * j : size * (j + 1), j] = BASIS
+        slopes[size * j : size * (j + 1), j] = PSEUDO_INERTIAS
     for k in range(m):  # a motor is a body with a unit diagonal, and its inertia as mass
-        fixed[n + k, :3, :3], slopes[size * n + k, n + k] = np.eye(3), BASIS[MASS]
+        fixed[n + k, :3, :3], slopes[size * n + k, n + k] = np.eye(3), PSEUDO_INERTIAS[MASS]
     x = least + nearest_possible(fixed, slopes, wanted - least, M, start - least)
     motor, motor_found = nominal.motor.copy(), np.isin(p * np.arange(n) + size, motors)
     motor[motor_found] = x[size * n :][: np.count_nonzero(motor_found)]
@@ -147,7 +145,7 @@ def _information(covariance: Array) -> Array:
 
 def _prior(own: Array, motor: Array) -> Array:
     """Return the coordinate-invariant metric of links, and that of motors, zero if the model states none."""
-    relative = [np.linalg.solve(pseudo_inertia(chi), BASIS) for chi in own]
+    relative = [np.linalg.solve(pseudo_inertia(chi), PSEUDO_INERTIAS) for chi in own]
     links = [0.5 * np.einsum("aij,bji->ab", each, each) for each in relative]
     motors = np.divide(1.0, motor**2, out=np.zeros(len(motor)), where=motor > 0)
     return block_diag(*links, *([np.diag(motors)] if len(motor) else []))

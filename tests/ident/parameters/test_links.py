@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.model.parameters import pseudo_inertia
+from ident.model.parameters import PSEUDO_INERTIAS, pseudo_inertia
 from ident.model.structure import structure_of
 from ident.parameters.arm import Quantity
-from ident.parameters.links import BASIS, LEFT, FoundLinks, ModelLinks, nearest_links, nearest_possible
+from ident.parameters.links import LEFT, FoundLinks, ModelLinks, nearest_links, nearest_possible
 from ident.payload.payload import standard_parameters
 from ident.support.errors import RobotModelError
 
@@ -177,7 +177,7 @@ def test_data_and_model_that_are_as_sure_of_a_link_meet_halfway(structure, drawn
 
 def test_in_the_metric_of_the_pseudo_inertia_negative_eigenvalues_become_zero(rng):
     slopes = np.zeros((20, 2, 4, 4))
-    slopes[:10, 0] = slopes[10:, 1] = BASIS
+    slopes[:10, 0] = slopes[10:, 1] = PSEUDO_INERTIAS
     flat, wanted = slopes.reshape(20, -1), rng.normal(size=20)
     inside = np.tile(standard_parameters(1.3, np.zeros(3), (0.7, 0.7, 0.7, 0.0, 0.0, 0.0)), 2)
     near = nearest_possible(np.zeros((2, 4, 4)), slopes, wanted, flat @ flat.T, inside)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from joint_masses import SCALE, weighing
 
 from ident.parameters.weighing import AGREES, common_error
@@ -22,11 +23,14 @@ def test_joints_that_agree_on_another_mass_leave_the_weight_suspect_and_blame_no
     assert common.apart == ()
 
 
-def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_common():
-    found = weighing(0.051, 0.049, 0.052, -0.14, None)
-    common = common_error(found)
-    assert common.joints == (0, 1, 2)
-    assert [each.joint for each in common.apart] == [3]
+@pytest.mark.parametrize("unweighed", [0, 4])  # joints are numbered with those that do not weigh the payload
+def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_common(unweighed):
+    masses = [0.051, 0.049, 0.052, -0.14]
+    masses.insert(unweighed, None)
+    common = common_error(weighing(*masses))
+    first = 0 if unweighed else 1
+    assert common.joints == (first, first + 1, first + 2)
+    assert [each.joint for each in common.apart] == [first + 3]
     np.testing.assert_allclose(common.apart[0].rel_error, 0.86 / 1.05066 - 1.0, atol=2e-4)
     # sqrt(1 / 0.86^2 + 1 / (3 * 1.05^2)) % of the mass, times 0.86 / 1.05
     np.testing.assert_allclose(common.apart[0].rel_std, 0.01057, atol=5e-5)

@@ -140,10 +140,10 @@ def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
     left = np.array([1.0, 2.0, -3.0, 5.0, 7.0, -2.0])
     rows = Rows(
         V=left, residual=left, joint=np.array([0, 0, 0, 0, 0, 1]), motion=np.array([0, 0, 0, 1, 1, 1]),
-        position=np.array([4, 5, 7, 0, 1, 2]), unknowns={0: 1, 1: 0}, weight=np.ones(6),
+        position=np.array([4, 5, 7, 8, 9, 10]), unknowns={0: 1, 1: 0}, weight=np.ones(6),
         explained=np.zeros((6, 0)),
     )  # fmt: skip
-    # Pairs (1, 2) and (5, 7); -3 follows after a gap, 5 begins a motion.
+    # Pairs (1, 2) and (5, 7); -3 follows after a gap, 5 begins a motion, at whatever number.
     np.testing.assert_allclose(lag_one(rows, 0), 37.0 / np.sqrt(26.0 * 53.0), rtol=1e-12)
 
 

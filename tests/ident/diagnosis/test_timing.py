@@ -166,6 +166,14 @@ def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, hone
     np.testing.assert_array_equal(odd.lost, [1, 2, 1])
 
 
+def test_samples_that_a_gap_of_the_stamps_hides_are_counted_beside_those_that_it_shows(ur_log):
+    log = without(ur_log, np.arange(899, 904))  # five rows, two of them by the stamps
+    log = replace(log, t=log.t - np.where(np.arange(len(log.t)) > 898, 3.0 * 0.008, 0.0))
+    assert named(clocked(log), "missing samples").value == 2.0
+    odd = timestamp_anomalies(log)
+    assert (odd.long.tolist(), odd.lost.tolist()) == ([898], [3])
+
+
 def test_a_log_that_loses_too_much_to_be_restored_is_wrong_from_one_step_in_five_hundred(ur_log):
     for count, severity in ((4, Severity.WEAK), (7, Severity.WRONG)):
         rows = np.linspace(200, 2300, count).astype(int)

@@ -57,6 +57,7 @@ def test_gains_without_deviation_count_for_errors_and_not_for_coverage():
         ({"estimate": 2.21, "std": 0.06}, (0, 0, 0), 1),
         ({"estimate": -2.0, "std": 0.1}, (0, 0, 0), 1),
         ({"estimate": 2.0, "std": 0.1, "expected": False}, (0, 0, 0), 0),  # sure of itself, and right
+        ({"estimate": 2.0, "std": 0.19, "expected": False}, (0, 0, 0), 0),  # a share of the gain, not its unit
         ({"estimate": 2.0, "std": 0.21, "expected": False}, (0, 0, 0), 1),
         ({"estimate": 2.0, "expected": False}, (0, 0, 0), 1),
         ({"estimate": 2.1, "std": 0.03, "expected": False}, (0, 0, 0), 1),

@@ -19,7 +19,7 @@ from scenarios.design.payload_design import (
     design_payload,
     payload_of,
 )
-from scenarios.experiments.scenario import Setup, load_scenario, setup_of, setup_without_motion
+from scenarios.experiments.scenario import Setup, load_scenario, setup_of, setup_without_motion, with_settings
 from scenarios.prediction.deviations import Carried
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import toml_value
@@ -118,6 +118,17 @@ def test_the_predicted_deviations_are_those_of_the_problem_with_that_payload_on_
     moved = copy(payloads)  # the same weight, on a flange whose axis is 34 mm away
     moved.flange = replace(payloads.flange, origin=payloads.flange.origin + np.array([0.016, -0.03, 0.2]))
     assert moved.candidate(FOUND).off_axis_mm == pytest.approx(off, rel=1e-9)
+
+
+@pytest.mark.parametrize(("floor", "factor"), [(0.005, 1.0), (0.02, 1.0), (0.05, 2.5)])
+def test_a_gain_is_shown_by_its_deviation_at_the_noise_floor_but_for_no_less_than_the_residual(
+    payloads, nominal, floor, factor
+):
+    std = np.array([each.std for each in payloads.candidate(FOUND).joints])
+    between = float(np.sqrt(np.prod(np.sort(std)[2:4])))
+    gains = {"identification.gains.noise_floor": floor, "identification.gains.max_rel_std": factor * between}
+    found = PayloadSearch(setup_of(with_settings(nominal.scenario, gains)), STEEL).candidate(FOUND)
+    assert [each.shown for each in found.joints] == (std < between).tolist()
 
 
 @pytest.mark.parametrize(

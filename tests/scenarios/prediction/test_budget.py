@@ -99,6 +99,15 @@ def test_sources_add_by_sign_and_by_variance_and_the_largest_is_first(budget):
     assert worst == sorted(worst, reverse=True)
 
 
+def test_a_noise_that_is_not_silent_when_off_costs_what_it_adds(quick):
+    sources = (SourceTable(target=WHITE, stream="white", off=off) for off in (0.0, 0.03))
+    silent, quiet = (predicted_budget(sourced(quick, white=source)) for source in sources)
+    whole, added = (cost_of(each, "white").std for each in (silent, quiet))
+    np.testing.assert_allclose(added, 0.8 * whole, rtol=1e-9)  # 0.05^2 - 0.03^2 = (0.8 * 0.05)^2
+    others, left = (cost_of(each, OTHER).std for each in (silent, quiet))
+    np.testing.assert_allclose(left**2, others**2 + (0.6 * whole) ** 2, rtol=1e-9)
+
+
 def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quick):
     levels = {name: even(f"{SENSORS}{name}", 0.03) for name in ("current_white", "samples_lost")}
     levels["encoder_noise"] = even(f"{SENSORS}encoder_noise", 3e-5)

@@ -159,6 +159,8 @@ def test_more_trials_than_a_study_can_have_are_refused():
     ):
         with pytest.raises(ScenarioError, match=message):
             monte_carlo(load_scenario("nominal"), count, seed)
+    last = monte_carlo(load_scenario("nominal"), 2, 2**31 - 2)  # the last two seeds
+    assert [last.trial(number).seed for number in range(last.count)] == [2**31 - 2, 2**31 - 1]
 
 
 def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):

@@ -71,6 +71,9 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
         place = "plant.payload.mass"
         assert mass.settings[place] == B.settings[place] != A.settings[place] == white.settings[place]
         assert white.streams == B.streams != A.streams == mass.streams
+    drawn = {(ALONE, "mass"), (ALONE, ALL), (SOBOL, "A"), (SOBOL, "B")}  # of which none repeats a number of another
+    masses = [t.settings["plant.payload.mass"] for t in trials if (t.labels["design"], t.labels["source"]) in drawn]
+    assert len(set(masses)) == len(masses) == 4 + 16 + 8 + 8
 
 
 @pytest.mark.parametrize("number", [0, 1, 12, 2**17])

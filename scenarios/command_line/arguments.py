@@ -3,7 +3,7 @@
 import argparse
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -117,10 +117,19 @@ def folder(text: str) -> Path:
 
 def gains_file(text: str) -> Path:
     """A file of gains, whose ending determines the format."""
+    return ending(text, GAINS_ENDINGS)
+
+
+def parquet_file(text: str) -> Path:
+    """A Parquet file to write; readers infer the format from the ending."""
+    return ending(text, (".parquet",))
+
+
+def ending(text: str, known: Sequence[str]) -> Path:
+    """A file whose name has one of the endings."""
     path = file(text)
-    if path.suffix.lower() not in GAINS_ENDINGS:
-        known = " or ".join(GAINS_ENDINGS)
-        raise argparse.ArgumentTypeError(f"{quoted(text)}: expected a file name that ends with {known}")
+    if path.suffix.lower() not in known:
+        raise argparse.ArgumentTypeError(f"{quoted(text)}: expected a file name that ends with {' or '.join(known)}")
     return path
 
 

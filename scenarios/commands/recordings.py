@@ -91,9 +91,15 @@ def convert_command(options: argparse.Namespace) -> Status:
     from scenarios.results.written import Converted
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
-    log = read_log(options.log, inputs.log_description(options, None if arm is None else arm.joint_names))
+    description = inputs.log_description(options, None if arm is None else arm.joint_names)
+    log = read_log(options.log, description)
     if arm is not None:
         check_joints(arm, log.recording)
+    named, joints = len(description.joints or ()), log.recording.q.shape[1]
+    if named not in (0, joints):
+        raise ScenarioError(
+            f"{options.log}: {named} joints are named, but the log has {joints}; name each one (--joints)"
+        )
     with claim.writing():
         write_recording(log.recording, out, signal=log.v)
     return output.show(Converted.of(log, out).report("Log converted to a recording"), options)

@@ -171,7 +171,7 @@ def torque_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
     inputs.add_gains_argument(parser, needed=True)
     text = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
-    parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=text)
+    parser.add_argument("--out", type=arguments.parquet_file, required=True, metavar="FILE", help=text)
     inputs.add_log_arguments(parser)
     output.add_force_argument(parser)
     output.add_form_arguments(parser)

@@ -143,6 +143,7 @@ LOGS = {
         r"only\.toml says only, and so does the command line; state it once",
     ),
     "seven joints": (["seven.csv", "--model", "arm.xml"], "7 joints, but robot .* to leave out a gripper"),
+    "nine names": (["own.csv", "--joints", "a,b,c,d,e,f,g,h,i"], "9 joints are named, but the log has \\d; name"),
     "no dataset": (["absent.lerobot"], r"absent\.lerobot: expected the folder of a LeRobot dataset, with meta"),
 }  # fmt: skip
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from bad_files import refused
 from printed import printed
 
 from ident.recordings.files import read_recording
@@ -45,8 +46,10 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
     assert [each["joint"] for each in document["missing"]] == missing
     assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
     assert document["samples"] == len(recording.t)
-    assert main([*words, str(file)]) == 2
+    assert main([*words, str(log), "--force"]) == 2
     assert "rx90 torque reads this file" in capsys.readouterr().err
+    # No Parquet under a name that announces text.
+    assert "expected a file name that ends with .parquet" in refused(capsys, [*words, str(out.with_suffix(".csv"))])
 
 
 def test_currents_in_another_unit_than_the_gains_are_refused(weighed_cell, tmp_path, capsys):

@@ -228,6 +228,8 @@ def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
     assert [column.unit for column in table.columns] == [
         "", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"
     ]  # fmt: skip
+    large = CheckLog.of("log", [replace(motion, current_rms=123.4)] * arm.n, arm)
+    assert motion_parts([large])[2].rows[0][-1].text == "123"  # and no "123."
     rail = replace(arm, revolute=np.arange(arm.n) != 1, upper=np.where(np.arange(arm.n) == 1, np.inf, arm.upper))
     both = CheckLog.of("log", [motion] * 2, rail)
     assert [each.limits is None for each in both.joints] == [False, True]

@@ -227,9 +227,9 @@ class FoundPayload(DiagnosedResult):
             "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
             "from the residual, the gains and the model together."
         )
-        for name in payload.UNITS:
-            if name in self.refused:
-                yield Paragraph(sentence(f"No {name}: {self.refused[name]}"))
+        for why in dict.fromkeys(self.refused[name] for name in payload.UNITS if name in self.refused):
+            names = ", ".join(name for name in payload.UNITS if self.refused.get(name) == why)
+            yield Paragraph(sentence(f"No {names}: {why}"))
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
         if self.possible is False:

@@ -33,6 +33,8 @@ MARKS = {
     b"\xef\xbb\xbf": "utf-8",
 }
 """Byte order marks; spreadsheets write them."""
+BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file", b"MATLAB 5.0 MAT-file": "a MATLAB file"}
+"""First bytes of formats that are not read; newer MATLAB files are HDF5 behind a text."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _WORDS = re.compile("[a-df-mo-zA-DF-MO-Z]")
@@ -170,6 +172,9 @@ def _lines(path: Path, encoding: str | None) -> list[str]:
             content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(LARGEST + 1)
         if len(content) > LARGEST:
             raise RecordingError(f"{place}: more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
+    kind = next((name for start, name in BINARY.items() if content.startswith(start)), None)
+    if kind is not None:
+        raise RecordingError(f"{place}: {kind}, which is not read; export the log as CSV or Parquet")
     marked = next((name for mark, name in MARKS.items() if content.startswith(mark)), None)
     if encoding is None and marked is None and _CONTROL.search(content[:100_000]):
         hint = "is it UTF-16? save it as UTF-8" if 2 * content[:100].count(0) >= len(content[:100]) - 1 else ""

@@ -197,6 +197,8 @@ def test_what_is_no_text_or_no_gzip_is_named(tmp_path):
         gzip.compress(text[:300]) + zlib.compress(text[300:]): "not a readable gzip file",
         gzip.compress(text)[:-30]: "not a readable gzip file",
         bytes(range(256)): "not a text file; expected CSV",
+        b"\x89HDF\r\n\x1a\n" + bytes(90): "an HDF5 file, which is not read; export",
+        b"MATLAB 5.0 MAT-file" + bytes(109): "a MATLAB file, which is not read; export",
         text.decode().encode("utf-16-le"): r"not a text file; is it UTF-16\?",
     }
     for content, message in contents.items():

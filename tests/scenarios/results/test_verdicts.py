@@ -98,6 +98,11 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     rows = [[cell.text for cell in row] for row in table.rows]
     assert rows[0] == ["mass", "7.053", "0.048", "kg", "0.029", "0.039", "0.000"]
     assert "do not determine the mass" in next(iter(payload(z).parts())).text
+    lacking = payload(mass, z).model_copy(
+        update={"refused": {"ixx": "XX: unseen", "iyy": "XX: unseen", "x": "MX: unseen"}}
+    )
+    said = [each.text for each in lacking.parts() if getattr(each, "text", "").startswith("No ")]
+    assert said == ["No x: MX: unseen.", "No ixx, iyy: XX: unseen."]
 
 
 def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from pydantic import AliasChoices, ConfigDict, Field
+from pydantic import AliasChoices, Field
 
 import ident.parameters.payload as payload
 import ident.parameters.weighing as weighing
@@ -46,7 +46,6 @@ VERDICTS = {
 class _Estimate(ResultModel):
     """An estimate of `ident` with the contributions to its standard deviation."""
 
-    model_config = ConfigDict(from_attributes=True)
     std: float = Field(description="Standard deviation, in `unit`")
     residual_std: float = Field(description="Contribution of the residuals to `std`, in `unit`")
     gain_std: float = Field(description="Contribution of the gains' standard deviations to `std`, in `unit`")

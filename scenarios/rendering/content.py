@@ -202,11 +202,11 @@ def verdict(text: str, passed: bool) -> Paragraph:
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:
-    """Return a number with its unit, a dash for None; a number that is rounded to zero has no minus sign."""
+    """Return a number with its unit, a dash for None; zero has no minus sign, the last digit no point after it."""
     if value is None:
         return NONE
     sign = form[:1] if form[:1] in "+- " else ""
-    return f"{value:{sign}z{form.removeprefix(sign)}}{unit}"
+    return f"{value:{sign}z{form.removeprefix(sign)}}".removesuffix(".") + unit
 
 
 def percent(share: float | None, form: str = ".3f") -> str:

@@ -191,12 +191,12 @@ class Links(ResultModel, allow_inf_nan=False):
         listed = table(
             self.links,
             column("Joint", lambda each: each.joint),
-            column("Mass [kg]", lambda each: f"{each.mass:#.4g}"),
+            column("Mass [kg]", lambda each: number(each.mass, "#.4g")),
             column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
             column(
                 "ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: alike([value for _, value in each.inertia]), words=True
             ),
-            column(motor, lambda each: f"{each.motor_inertia:#.4g}"),
+            column(motor, lambda each: number(each.motor_inertia, "#.4g")),
             title="Physically consistent links, in SI, each in the frame of its joint",
         )
         return [listed, Paragraph(words, Mood.DOUBTFUL if doubt else Mood.PLAIN)]

@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Severity, two_digits
 from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
-from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, percent, table
+from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, number, percent, table
 from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import (
@@ -168,11 +168,6 @@ def short_names(paths: Sequence[str]) -> tuple[str, ...]:
     return stems if len(set(stems)) == len(stems) else tuple(paths)
 
 
-def three_digits(x: float) -> str:
-    """Return a number with three significant digits, and no point after the last."""
-    return f"{x:#.3g}".removesuffix(".")
-
-
 def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
     """Return the ranges of the joints, and a table for each log; not on a screen."""
     names = short_names([log.log for log in logs])
@@ -191,10 +186,10 @@ def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
                 column(f"From [{place}]", lambda each: f"{np.round(each.low, 3):.3f}"),
                 column(f"To [{place}]", lambda each: f"{np.round(each.high, 3):.3f}"),
                 column("Of its range [%]", lambda each: percent(each.covered, ".0f")),
-                column(f"Fastest [{speed}]", lambda each: three_digits(each.speed)),
-                column(f"Rms acceleration [{rate}]", lambda each: three_digits(each.acceleration_rms)),
+                column(f"Fastest [{speed}]", lambda each: number(each.speed, "#.3g")),
+                column(f"Rms acceleration [{rate}]", lambda each: number(each.acceleration_rms, "#.3g")),
                 column("Slow [% of time]", lambda each: percent(each.slow, ".0f")),
-                column("Rms current [units]", lambda each: three_digits(each.current_rms)),
+                column("Rms current [units]", lambda each: number(each.current_rms, "#.3g")),
                 title=f"Motion of {name}",
                 file_only=True,
             )

@@ -157,6 +157,7 @@ def test_combinations_of_errors_that_other_masses_imitate_are_those_of_any_motio
     arm = replace(arm_from_pinocchio(random_arm(np.random.default_rng(8), 4)), gravity=np.array([3.3, -1.7, -9.1]))
     structure, kept = structure_of(arm), (True, True, False, True, True, True)
     found, n = independent_misplacements(structure, (False, True), kept), arm.n
+    gap = 1e-10  # dependent to rounding, some 1e-14; else from 1e-2 on
     states = States(*rng.uniform(-2.0, 2.0, (3, 150, n)))
     W = regressor(arm, states.q, states.dq, states.ddq)
     chi, load = (x @ np.eye(W.shape[2])[own] for x, own in zip(
@@ -168,15 +169,16 @@ def test_combinations_of_errors_that_other_masses_imitate_are_those_of_any_motio
     for j in range(n):
         base, own = W[:, j, structure.base.columns], W[:, j, structure.payload_columns]
         known = np.block([[base, np.zeros_like(own)], [base, own]])
-        rank = np.linalg.matrix_rank(known, rtol=1e-10)
+        rank = np.linalg.matrix_rank(known, rtol=gap)
         count = int(np.count_nonzero(found[j].any(axis=0)))
         assert count == 3  # not the last zero; that of joint 1 is a tilt
-        assert np.linalg.matrix_rank(np.hstack((known, D[:, j] @ found[j])), rtol=1e-10) == rank + count
-        assert np.linalg.matrix_rank(np.hstack((known, D[:, j])), rtol=1e-10) == rank + count
+        assert np.linalg.matrix_rank(np.hstack((known, D[:, j] @ found[j])), rtol=gap) == rank + count
+        assert np.linalg.matrix_rank(np.hstack((known, D[:, j])), rtol=gap) == rank + count
 
 
 def test_interpolation_adds_no_unknown_to_the_fit_of_a_joint_alone(axes):
-    problem = problem_of(axes, logs_of(ZEROS))
+    # A low cut-off makes the samples of torques sparse: errors of splines between them are above any rounding.
+    problem = problem_of(axes, logs_of(ZEROS), cutoff_hz=2.0)
     plain, wide = ready_of(problem), with_misplaced(ready_of(problem), zero_deg=2.3, tilt_deg=0.7)
     mountings = tuple(payload is not None for payload in PAYLOADS[:2])
     own = independent_misplacements(problem.structure, mountings, (True,) * (N + 2))

@@ -71,6 +71,7 @@ def test_samples_may_have_their_own_gravity_and_lengths_and_rows_begin_at_any_jo
     ]
     blocks = regressor_blocks(arm, q, dq, ddq, first=2, size=3, gravity=gravity, length=length)
     for block, columns in blocks:
+        # Entries up to 1e2: a few hundred roundings.
         np.testing.assert_allclose(np.moveaxis(columns, 2, 0), np.array(expected)[block, 2:], rtol=0, atol=1e-12)
 
 

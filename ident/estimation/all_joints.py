@@ -73,6 +73,12 @@ def search(model: Model, start: Array, mean: Array, std: Array) -> tuple[Model, 
     Raises:
         NotIdentifiable: If the search does not converge.
     """
+
+    def far(h: Array) -> bool:
+        return bool(np.ptp(np.log(np.abs(h / model.sigma / model.blocks.weight))) > FAR)
+
+    if far(start):
+        model = replace(model, blocks=model.blocks.at(start / model.sigma))
     S, prior = model.eliminated[2], model.blocks.prior
     Z, k, V = S[:, :-2, :-2], S[:, :-2, -2], S[:, :-2, -1]
     flat, believed = Z.reshape(len(Z), -1), prior.T @ prior
@@ -114,8 +120,7 @@ def search(model: Model, start: Array, mean: Array, std: Array) -> tuple[Model, 
         kept = (at.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # ratio of actual to predicted decrease
         damping = max(UNDAMPED, damping * (SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0))
         s, at = s + step, tried
-        if np.ptp(np.log(np.abs(at.h / model.sigma / model.blocks.weight))) > FAR:
-            model = replace(model, blocks=model.blocks.at(at.h / model.sigma))
+        if far(at.h):
             return search(model, at.h, mean, std)
     raise NotIdentifiable(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 

@@ -131,7 +131,7 @@ def test_arrays_of_standard_names_and_named_fields_are_read(tmp_path):
         with pytest.raises(RecordingError, match=message):
             read_recording(path, LogDescription(t=Channels(columns=(column,), unit=(unit,))))
     dates = DATES.copy()
-    dates[0] = np.datetime64("NaT")
+    dates[0] = np.datetime64("NaT", "us")
     np.savez(tmp_path / "own.npz", t=dates, q=Q, v=V)
     with pytest.raises(RecordingError, match=r"own\.npz: t is not a finite number at row 1 "):
         read_recording(tmp_path / "own.npz", LogDescription(t=Channels(unit=("iso",))))

@@ -56,7 +56,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
-    found = list(faults(seen) if known is None else faults(seen, known.confirms))
+    found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     of_logs = [each for each in found if isinstance(each.best, Exact)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
@@ -188,6 +188,10 @@ class _Known:
             return True
         read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
         return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
+
+    def harmless(self, found: FirstOrder) -> bool:
+        """Whether a fault changes no gain noticeably, to first order, so that it is left to what the estimate lacks."""
+        return self.base is not None and found.within and severity_of(tuple(self.effects(found))) is Severity.GOOD
 
     def effects(self, found: Exact | FirstOrder) -> Iterator[Effect]:
         """Error of the gains due to a fault of the logs, or to a term that the model lacks."""

@@ -336,7 +336,8 @@ def _of_payload(
         The diagnosis; None if nothing is left to explain, or something else explains it equally well.
     """
     masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
-    if not masses or not _leaves(base, free):
+    of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
+    if not masses or not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
         return None
     motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
     opened = replace(base.problem, motions=tuple(motions))
@@ -345,7 +346,6 @@ def _of_payload(
     except IdentificationError:
         return None
     u = log_density_improvement(base.by_joint, stated(opened, other).by_joint)
-    of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
@@ -359,6 +359,17 @@ def _of_payload(
     return replace(
         diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
     )
+
+
+def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
+    """Whether errors of all stated centres and inertias, to first order, predict better, also than another lack."""
+    own = [each for each in base.payload_errors if each.family in (CENTRE, INERTIA)]
+    of_joints = zip(*(each.columns for each in own), strict=True)
+    columns = (np.hstack(each) if each[0] is not None else None for each in of_joints)
+    (together,) = base.each_added([replace(own[0], columns=tuple(columns))])
+    if together is None or z_of(together.u) < SHOWN - 1.0:
+        return False
+    return other is None or float(np.sum(together.u - other.best.u)) > 0.0
 
 
 def _leaves(base: HeldOutEstimate, free: FreeModel) -> bool:

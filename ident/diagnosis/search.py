@@ -5,7 +5,7 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 """
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
@@ -163,6 +163,7 @@ class Survey:
         directions: Alternatives of all families.
         small: Their improvements, the best first.
         gross: Large alternatives on subsampled states, the best first.
+        exact: Alternatives of these logs compared exactly so far, by their key; also with terms added to the model.
     """
 
     logs: Logs
@@ -170,6 +171,7 @@ class Survey:
     directions: tuple[Alternative, ...]
     small: tuple[FirstOrder, ...]
     gross: tuple[Screened, ...]
+    exact: dict[object, Exact] = field(default_factory=dict[object, Exact])
 
 
 Fault: TypeAlias = Significant[Survey, Exact | FirstOrder]
@@ -234,17 +236,23 @@ def add_significant(
         model = extend(model, best)
 
 
-def faults(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> Iterator[Fault]:
+def faults(
+    seen: Survey,
+    confirms: Callable[[Exact], bool] = lambda _: True,
+    harmless: Callable[[FirstOrder], bool] = lambda _: False,
+) -> Iterator[Fault]:
     """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included.
 
     Args:
         seen: Comparison with all alternatives.
         confirms: Whether an estimate, which has more information, agrees with a fault of the logs.
+        harmless: Whether a small fault changes no gain noticeably to first order: it is not compared exactly. Long logs
+            show errors of a hundredth of a degree.
     """
 
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
         terms = [each for each in seen.small if each.alternative.term]
-        return [each for each in (*_in_full(seen), *terms) if each.z > SHOWN]
+        return [each for each in (*_in_full(seen, harmless), *terms) if each.z > SHOWN]
 
     def extended(seen: Survey, found: Exact | FirstOrder) -> Survey:
         if isinstance(found, Exact):
@@ -260,19 +268,24 @@ def faults(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> 
     return add_significant(seen, significant, extended, most=MOST, confirms=accepted)
 
 
-def _in_full(seen: Survey) -> list[Exact]:
+def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact]:
     """Compare the most likely alternatives exactly, each with the size that fits best."""
+    shown = [each for each in seen.small if not each.alternative.term and each.z > SHOWN - 1.0]
+    slight = [each for each in shown if harmless(each)]
     gross = [each.alternative for each in seen.gross if each.gain > WORTH]
+    gross = [each for each in gross if not any(own.near(each) for own in slight)]
     best_of = {each.family: each for each in reversed(gross)}  # of different families
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
-    shown = [each for each in seen.small if not each.alternative.term and each.z > SHOWN - 1.0]
-    likely += [(each.alternative.at(each.value), SETTLED) for each in shown[:LOOKED_AT]]
-    found = dict[object, Exact]()
+    likely += [(each.alternative.at(each.value), SETTLED) for each in shown if each not in slight][:LOOKED_AT]
+    found = {key: _scored(seen.logs, each) for key, each in seen.exact.items()}
     for each, least in likely:
+        if each.key in seen.exact:
+            continue
         full = _refined(seen.logs, each, least)
         if full is not None and (each.key not in found or found[each.key].gain < full.gain):
             found[each.key] = full
+    seen.exact.update(found)
     return list(found.values())
 
 
@@ -318,5 +331,10 @@ def compared(logs: Logs, alternative: Alternative) -> Exact | None:
         other = read_as(logs, alternative.hypothesis)
     except IdentificationError:
         return None
-    score = scored_as(other.model.fits.score, alternative.hypothesis)
-    return Exact(alternative, log_density_improvement(logs.model.fits.score, score), read=other)
+    return _scored(logs, Exact(alternative, np.empty(0), read=other))
+
+
+def _scored(logs: Logs, found: Exact) -> Exact:
+    """An alternative that is read, compared with the logs as they are."""
+    score = scored_as(found.read.model.fits.score, found.alternative.hypothesis)
+    return replace(found, u=log_density_improvement(logs.model.fits.score, score))

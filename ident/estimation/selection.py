@@ -165,7 +165,9 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
         if bent[law]:
             chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
-    found = {form: _with_load(ready, of_base, chosen, loads[form], elastic, base, form) for form in LOAD_FORMS}
+    found = {
+        form: _with_load(ready, of_base, chosen, loads[form], softened, elastic, base, form) for form in LOAD_FORMS
+    }
     best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
     form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
     final = found[form]
@@ -236,6 +238,7 @@ def _with_load(
     of_base: Setting,
     chosen: Mapping[str, Term],
     first: Mapping[str, Array],
+    softened: Array,
     elastic: Indices,
     base: Fit,
     form: str,
@@ -250,6 +253,7 @@ def _with_load(
         of_base: The problem with the elastic joints of `base`.
         chosen: Other terms.
         first: Columns from the torques of rigid joints.
+        softened: Change of torques by compliances, from the same torques.
         elastic: The elastic joints.
         base: An earlier fit.
         form: A name in `LOAD_FORMS`.
@@ -260,7 +264,6 @@ def _with_load(
         columns = load_terms(ready, before, along, [form])[form]
         if not len(elastic):
             return ready, columns
-        softened = compliance_columns(ready, along)
         return ready.widened(transmitted_columns(ready, before, along, softened, [columns[form]])[:, elastic]), columns
 
     def terms(columns: Mapping[str, Array], belief: Belief, offsets: Mask) -> dict[str, Term]:

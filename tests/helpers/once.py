@@ -11,7 +11,7 @@ import pytest
 
 import ident.diagnosis.diagnose as diagnosing
 from ident.diagnosis.hypothesis import Logs
-from ident.diagnosis.search import Exact, Fault, Survey, faults, survey
+from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, faults, survey
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS, Estimator
 from ident.estimation.problem import ObservedMotion, Problem
@@ -51,10 +51,15 @@ def computed_once() -> Iterator[None]:
             surveys[key] = seen, list(faults(seen))
         return surveys[key][0]
 
-    def found(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> Iterable[Fault]:
+    def found(
+        seen: Survey,
+        confirms: Callable[[Exact], bool] = lambda _: True,
+        harmless: Callable[[FirstOrder], bool] = lambda _: False,
+    ) -> Iterable[Fault]:
         kept = next(found for own, found in surveys.values() if own is seen)
-        confirmed = all(not isinstance(each.best, Exact) or confirms(each.best) for each in kept)
-        return kept if confirmed else faults(seen, confirms)
+        of_logs = [each.best for each in kept if isinstance(each.best, Exact)]
+        same = all(confirms(each) and not any(map(harmless, seen.small)) for each in of_logs)
+        return kept if same else faults(seen, confirms, harmless)
 
     def once(name: str, method: Estimator) -> Estimator:
         def estimate(problem: Problem, options: object) -> GainEstimate:

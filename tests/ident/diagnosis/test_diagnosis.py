@@ -12,12 +12,24 @@ from known_logs import BRICK
 from once import computed_once
 from real_friction import Truth
 
-from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
+from ident.diagnosis.diagnose import _effects, _Known, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of
+from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of, stated
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.families import scaled
-from ident.diagnosis.search import Exact, Fault, FirstOrder, added, compared, faults, select_hypothesis
+from ident.diagnosis.models import free_model
+from ident.diagnosis.screening import Screened
+from ident.diagnosis.search import (
+    Exact,
+    Fault,
+    FirstOrder,
+    _in_full,
+    added,
+    compared,
+    faults,
+    select_hypothesis,
+    survey,
+)
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.intervals import max_of_classical_and_jackknife
@@ -231,7 +243,7 @@ def test_a_fault_that_the_estimate_does_not_bear_out_is_chance(axes, monkeypatch
     bare, heavy = logs_of(Truth())
     logs = doubted(axes, [bare, changed(heavy, v=factor * heavy.v)])
     certain = replace(compared(logs, scaled(logs, (1,), (), 1.3)), u=np.linspace(0.9, 1.1, 40))
-    monkeypatch.setattr("ident.diagnosis.search._in_full", lambda seen: [certain] if seen.logs is logs else [])
+    monkeypatch.setattr("ident.diagnosis.search._in_full", lambda seen, _: [certain] if seen.logs is logs else [])
     said = diagnose(logs, all_joints(logs.problem), all_joints)
     assert [each.name for each in said.diagnoses] == told
     assert bool(said.excluded) == (not told)
@@ -244,11 +256,45 @@ def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(so
         replace(compared(logs, scaled(logs, (1,), (), factor)), u=np.linspace(0.9, 1.1, 40) * gain)
         for factor, gain in ((1.3, 3.0), (1.2, 1.0))
     )
-    full = lambda seen: [next_best, best] if seen is sound_survey else []  # noqa: E731
+    full = lambda seen, _: [next_best, best] if seen is sound_survey else []  # noqa: E731
     monkeypatch.setattr("ident.diagnosis.search._in_full", full)
     assert next(faults(sound_survey)).best is best
     assert next(faults(sound_survey, lambda each: each is not best)).best is next_best
     assert not any(isinstance(each.best, Exact) for each in faults(sound_survey, lambda _: False))
+
+
+def test_a_fault_that_changes_no_gain_noticeably_is_left_to_what_the_estimate_lacks(axes):
+    logs = logs_of(Truth())
+    faulty = doubted(axes, [logs[0], late(logs[1], 3)])
+    seen, estimate = survey(faulty), all_joints(faulty.problem)
+    best = next(faults(seen)).best
+    small = next(each for each in seen.small if each.alternative.key == best.alternative.key)
+    small = replace(small, value=np.array([best.alternative.value]) / small.alternative.scale)
+    for gross in ((), (Screened(best.alternative, 40.0),)):
+        fresh = replace(seen, small=(small,), gross=gross, exact={})
+        left = [each.best for each in faults(fresh, harmless=lambda each: each is small)]
+        assert best.alternative.key not in {each.alternative.key for each in left}
+    known = _Known(estimate, stated(faulty.problem, estimate), None)
+    assert not known.harmless(small)
+    smaller = replace(small, value=0.01 * small.value)
+    assert known.harmless(smaller)
+    assert not known.harmless(replace(smaller, alternative=replace(small.alternative, largest=0.0)))
+    assert not _Known(estimate, None, None).harmless(smaller)
+
+
+def test_what_is_compared_exactly_is_read_once_and_scored_beside_the_terms_found_since(axes, monkeypatch):
+    logs = logs_of(Truth())
+    seen = survey(doubted(axes, [logs[0], late(logs[1], 3)]))
+    first = {each.alternative.key: each for each in _in_full(seen, lambda _: False)}
+    term = next(each for each in seen.small if each.alternative.term).alternative
+    later = replace(seen, logs=replace(seen.logs, model=free_model(seen.logs.problem, term.columns)))
+    with monkeypatch.context() as patch:
+        patch.delattr("ident.diagnosis.search.read_as")
+        again = _in_full(later, lambda _: False)
+    assert {each.alternative.key for each in again} == set(first)
+    for each in again:
+        np.testing.assert_allclose(each.u, compared(later.logs, each.alternative).u, rtol=1e-9, atol=1e-9)
+        assert abs(each.gain - first[each.alternative.key].gain) > 1e-3
 
 
 def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):

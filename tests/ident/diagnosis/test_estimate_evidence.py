@@ -1,7 +1,7 @@
 """An estimate as a model of the currents, and what it lacks, against independent refits."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +19,7 @@ from ident.diagnosis.estimate_evidence import (
     FINEST,
     HeldOutEstimate,
     Lack,
+    _may_be_of_payload,
     _unexplained,
     claimed,
     consequence,
@@ -32,11 +33,19 @@ from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.hypothesis import Alternative, small
 from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
-from ident.diagnosis.terms import payload_errors
+from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.problem import GainOptions
 from ident.estimation.rows import joint_rows
 from ident.payload.payload import standard_parameters
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An error of a payload, of which only family and columns are asked."""
+
+    family: str
+    columns: tuple
 
 
 def problem_like(lengths: tuple[int, int]) -> SimpleNamespace:
@@ -403,6 +412,29 @@ def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_
             stiff=None,
         )
     )
+
+
+def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_together_explain_most():
+    own = [SimpleNamespace(u=np.full(40, each) + np.linspace(-1.0, 1.0, 40)) for each in (0.3, 0.9)]  # z 3.2, 9.6
+    kinds = {CENTRE: [2.0, 3.0], SHIFT: [5.0], INERTIA: [7.0]}
+    errors = [Rival(family=each, columns=(None, np.array([values]))) for each, values in kinds.items()]
+
+    def may_be(together, other=None):
+        def each_added(directions):
+            (each,) = directions
+            assert each.columns[0] is None
+            np.testing.assert_array_equal(each.columns[1], [[2.0, 3.0, 7.0]])
+            return [together]
+
+        lack = None if other is None else SimpleNamespace(best=other)
+        return _may_be_of_payload(SimpleNamespace(payload_errors=errors, each_added=each_added), lack)
+
+    few, many = own
+    assert not may_be(None)
+    assert not may_be(few)
+    assert may_be(many)
+    assert may_be(many, few)
+    assert not may_be(many, SimpleNamespace(u=1.1 * many.u))
 
 
 def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):

@@ -246,8 +246,8 @@ def faults(
     Args:
         seen: Comparison with all alternatives.
         confirms: Whether an estimate, which has more information, agrees with a fault of the logs.
-        harmless: Whether a small fault changes no gain noticeably to first order: it is not compared exactly. Long logs
-            show errors of a hundredth of a degree.
+        harmless: Whether a small fault changes no gain noticeably to first order: if all that are significant do not,
+            none is compared exactly. Long logs show errors of a hundredth of a degree.
     """
 
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
@@ -271,7 +271,7 @@ def faults(
 def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact]:
     """Compare the most likely alternatives exactly, each with the size that fits best."""
     shown = [each for each in seen.small if not each.alternative.term and each.z > SHOWN - 1.0]
-    slight = [each for each in shown if harmless(each)]
+    slight = shown if all(map(harmless, shown)) else []  # else the likely one of all, exactly
     gross = [each.alternative for each in seen.gross if each.gain > WORTH]
     gross = [each for each in gross if not any(own.near(each) for own in slight)]
     best_of = {each.family: each for each in reversed(gross)}  # of different families

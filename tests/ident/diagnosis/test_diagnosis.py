@@ -274,6 +274,12 @@ def test_a_fault_that_changes_no_gain_noticeably_is_left_to_what_the_estimate_la
         fresh = replace(seen, small=(small,), gross=gross, exact={})
         left = [each.best for each in faults(fresh, harmless=lambda each: each is small)]
         assert best.alternative.key not in {each.alternative.key for each in left}
+    other = next(
+        each for each in seen.small if not each.alternative.term and each.alternative.key != best.alternative.key
+    )
+    other = replace(other, u=small.u)
+    beside = replace(seen, small=(small, other), gross=(), exact={})
+    assert next(faults(beside, harmless=lambda each: each is small)).best.alternative.key == best.alternative.key
     known = _Known(estimate, stated(faulty.problem, estimate), None)
     assert not known.harmless(small)
     smaller = replace(small, value=0.01 * small.value)

@@ -451,6 +451,18 @@ def fit(ready: Setting, terms: Mapping[str, Term], before: Fit | None) -> Fit:
     return Fit(ready=ready, model=model, h=found.h, z=found.z, mean=mean, log_std=std, cost=found.cost)
 
 
+def improvement(better: Fit, than: Fit) -> Array:
+    """Reduction of the squares of predictions of omitted blocks, by the weights of the worse fit, shape (n, B)."""
+    same = (better.model.sigma / than.model.sigma)[:, None] ** 2
+    return than.without_blocks[2] - same * better.without_blocks[2]
+
+
+def z_of(gain: Array) -> float:
+    """Mean of an improvement by block (n, B), summed over joints, in standard errors."""
+    total = gain.sum(axis=0)
+    return float(total.mean() / max(total.std(ddof=1) / np.sqrt(len(total)), 1e-300))
+
+
 def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
     """Return the gains of a fit.
 

@@ -5,6 +5,7 @@ load        friction proportional to torque, always, with a common prior of all 
 form        proportional to the torque of the motor, in the gears or at their output: the best prediction is selected;
             the others contribute to the interval, by the largest share that a mixture can have of them
 cbrt        viscous friction that grows less than linearly with speed, joint by joint
+laws        of the gains, with priors (`ident.estimation.laws`)
 compliance  of all joints, or of none; a joint whose compliance is significantly negative stays rigid, as no joint is
             like that: a delay of its currents or its friction explains the same currents
 """
@@ -14,8 +15,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, fit
+from ident.estimation.all_joints import Fit, fit, improvement, z_of
 from ident.estimation.intervals import larger_of
+from ident.estimation.laws import Lawful, with_laws
 from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
     LINKS,
@@ -119,23 +121,13 @@ class Selected:
         return np.column_stack([nothing, *(each.share * each.log_ratio for each in self.rivals)])
 
 
-def improvement(better: Fit, than: Fit) -> Array:
-    """Reduction of the squares of predictions of omitted blocks, by the weights of the worse fit, shape (n, B)."""
-    same = (better.model.sigma / than.model.sigma)[:, None] ** 2
-    return than.without_blocks[2] - same * better.without_blocks[2]
-
-
-def z_of(gain: Array) -> float:
-    """Mean of an improvement by block (n, B), summed over joints, in standard errors."""
-    total = gain.sum(axis=0)
-    return float(total.mean() / max(total.std(ddof=1) / np.sqrt(len(total)), 1e-300))
-
-
-def selected(ready: Setting, *, yielding: bool = False) -> Selected:
+def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = False, yielding: bool = False) -> Selected:
     """Select the model of a problem with recorded motions.
 
     Args:
         ready: The problem.
+        laws: Laws of the gains, with the scale of the standard deviation of their coefficients.
+        corrected: Whether laws that the data show correct the gains; else they are reported.
         yielding: Whether joints are known to be elastic; else the data decide.
     """
     plain = fit(ready, {}, None)
@@ -180,11 +172,20 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         stiff = np.setdiff1d(np.arange(ready.n), elastic).tolist()
         but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
         remarks.append(f"joint elasticity detected and modelled{but}")
+    lawful = with_laws(
+        final.where, final.terms, final.fit, {} if ready.given else laws, BETTER
+    )  # which given gains are
+    remarks += lawful.remarks if corrected else lawful.effects(final.fit)
+    rigid = ready
+    if not corrected:
+        lawful = Lawful.none(final.fit, final.terms)
+    elif lawful.scaled.shape[1]:
+        rigid = ready.widened(lawful.scaled, lawful.std)
     return Selected(
-        final=final.fit,
+        final=lawful.fit,
         rivals=tuple(rivals),
         remarks=tuple(remarks),
-        stiff=fit(ready, final.terms, final.fit) if yields and not yielding else None,
+        stiff=fit(rigid, lawful.terms, lawful.fit) if yields and not yielding else None,
     )
 
 
@@ -226,11 +227,12 @@ def mixture_share(more: Array, apart: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loaded:
-    """A fit with load-dependent friction, its terms, and the prior of its coefficients."""
+    """A fit with load-dependent friction, its terms, the prior of its coefficients, and the problem."""
 
     fit: Fit
     terms: Mapping[str, Term]
     belief: Belief
+    where: Setting
 
 
 def _with_load(
@@ -278,7 +280,7 @@ def _with_load(
         where, columns = again(free)
         belief = _belief(free, form)
         final = fit(where, known := terms(columns, belief, offsets), free)
-        return _Loaded(final, known, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
+        return _Loaded(final, known, belief, where), offsets & _is_possible(free, form) & _is_possible(final, form)
 
     offsets = np.full(ready.n, form != LINKS)
     loaded, possible = found(offsets)

@@ -15,6 +15,7 @@ from annotated_types import Interval, Unit
 from ident.estimation.all_joints import Fit, fit, fit_again, solution
 from ident.estimation.blocks import ROUNDING
 from ident.estimation.estimate import GainEstimate, judge_identifiability
+from ident.estimation.laws import POSITION, SCALE, SIGN, SIZE, TIME
 from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected, selected
 from ident.estimation.setting import GivenGain, Setting, Term, setting
@@ -93,6 +94,15 @@ class AllJointsOptions:
             arm.
         tilt_std: Prior standard deviation of the base's tilt about each of two axes across gravity [deg], likewise. The
             default is 2 mm per metre.
+        gain_laws: Whether laws of the gains that the data show correct them; else they are reported, with the change.
+        scale_std: Scale of the standard deviation of the gains between logs [%], for `friction = "auto"`, as for those
+            of the following laws (`ident.estimation.laws`); 0 if gains do not depend on it. Magnets weaken by 0.1
+            (samarium-cobalt: 0.04) to 0.2 % per K: the default is 2.5 to 5 K.
+        size_std: The same of the fall of a gain from zero to peak current [%]: iron saturates.
+        sign_std: The same of half the difference between both signs of a current [%]: current sensors are accurate to
+            0.5 to 1 %.
+        position_std: The same of the variation once a turn [%].
+        time_std: The same of the fall within a log [%].
         loss: Loss of the residuals: their squares, or that of Student's t distribution, robust to gross outliers.
         prior_std: Prior standard deviation of log|1/g| about the initial value; it keeps the gain of an unloaded joint
             finite.
@@ -105,6 +115,12 @@ class AllJointsOptions:
     compliance: bool = False
     zero_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
     tilt_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
+    gain_laws: bool = False
+    scale_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
+    size_std: Annotated[float, Interval(ge=0.0, le=50.0), Unit("%")] = 2.0
+    sign_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
+    position_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
+    time_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
     prior_std: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0
     gain_joint: int | None = None
@@ -132,6 +148,15 @@ class AllJointsOptions:
     def friction_terms(self) -> tuple[str, ...]:
         """Terms that `friction` names."""
         return () if self.friction in (AUTO, PLAIN) else tuple(self.friction.split("+"))
+
+    @property
+    def laws(self) -> dict[str, float]:
+        """Scale of the standard deviation of the coefficients of each law of the gains that is believed possible."""
+        std = {
+            SCALE: self.scale_std, SIZE: self.size_std, SIGN: self.sign_std, POSITION: self.position_std,
+            TIME: self.time_std,
+        }  # fmt: skip
+        return {law: 0.01 * percent for law, percent in std.items() if percent}
 
 
 def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:
@@ -183,7 +208,7 @@ def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
 
 def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and ready.recorded:
-        return selected(ready, yielding=options.compliance)
+        return selected(ready, options.laws, corrected=options.gain_laws, yielding=options.compliance)
     return Selected(final=fit_as_named(ready, options.friction_terms, compliance=options.compliance), remarks=())
 
 

@@ -184,14 +184,14 @@ def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_mod
 
 def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(axes, monkeypatch):
     ready = ready_of(made(axes, Truth(load=LOADED)))
-    assert f"% of {LOAD_FORMS['load']}," in selected(ready).remarks[0]
+    assert f"% of {LOAD_FORMS['load']}," in selected(ready, {}).remarks[0]
     monkeypatch.setattr(selection, "BETTER", 1e3)
-    assert f"% of {LOAD_FORMS['load-motor']}," in selected(ready).remarks[0]
+    assert f"% of {LOAD_FORMS['load-motor']}," in selected(ready, {}).remarks[0]
 
 
 def test_the_model_without_yielding_joints_has_the_same_friction(axes):
     truth = Truth(compliance=(2e-4, 1.5e-4, 2e-4))
-    chosen = selected(ready_of(made(axes, truth)))
+    chosen = selected(ready_of(made(axes, truth)), {})
     names = [name for name, _ in chosen.final.model.names]
     assert set(names) & set(LOAD_FORMS)
     assert [name for name, _ in chosen.stiff.model.names] == names
@@ -231,7 +231,7 @@ def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(ax
 def test_the_shares_of_other_models_are_what_other_models_say(axes):
     problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
     ready = ready_of(problem)
-    chosen = selected(ready)
+    chosen = selected(ready, {})
     stiff = fit(ready, {}, None)
     along = torques_of(ready, stiff.theta)
     loads = load_terms(ready, stiff, along, tuple(LOAD_FORMS))
@@ -249,7 +249,7 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
 
 def test_the_shares_of_other_forms_are_of_their_own_gains(axes):
     problem = made(axes, Truth(load_motor=LOADED))
-    chosen = selected(ready_of(problem))
+    chosen = selected(ready_of(problem), {})
     names = [{name for name, _ in each.other.model.names} & set(LOAD_FORMS) for each in chosen.rivals]
     assert names == [{"load"}, {"load-through"}]
     share = chosen.rivals[0].share

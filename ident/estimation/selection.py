@@ -172,9 +172,8 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
         stiff = np.setdiff1d(np.arange(ready.n), elastic).tolist()
         but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
         remarks.append(f"joint elasticity detected and modelled{but}")
-    lawful = with_laws(
-        final.where, final.terms, final.fit, {} if ready.given else laws, BETTER
-    )  # which given gains are
+    known = {} if ready.given else laws  # which the error of a given gain would imitate
+    lawful = with_laws(final.where, final.terms, final.fit, known)
     remarks += lawful.remarks if corrected else lawful.effects(final.fit)
     rigid = ready
     if not corrected:

@@ -8,6 +8,7 @@ from consistency_logs import PAYLOADS, changed, logs_of, problem_of, ready_of
 from real_friction import GAIN, Truth
 from scipy.integrate import quad
 
+from ident.estimation import laws
 from ident.estimation.all_joints import fit
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
@@ -38,18 +39,21 @@ def beyond_rms(log: Recording, heavy: Recording) -> np.ndarray:
 Law = Callable[[Recording, Recording], np.ndarray | float]
 LAWS: dict[str, tuple[float, str, Law]] = {
     "scale": (0.03, "log 2 differ from those of the first log by", lambda log, heavy: float(log is heavy)),
-    "size": (0.09, "falls with the size of the current, at its peak relative to zero by", beyond_rms),
+    "size": (0.05, "falls with the size of the current, at its peak relative to zero by", beyond_rms),
     "sign": (-0.04, "positive currents per torque are larger by", lambda log, _: np.sign(log.v)),
     "position": (0.05, "once a turn, by", lambda log, _: np.cos(log.q - 0.3)),
     "time": (0.05, "within log 2, from beginning to end by", lambda log, _: time(log)),
 }
-"""Of each law its size here, what is said of it, and the relative change of the currents for size 1."""
+"""Of each law its size here, what is said of it, and the relative change of the currents for size 1.
+
+The rms current of the size is that of all samples here, of moving ones in the estimate, so that gains differ by .3 %.
+"""
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_law_that_the_currents_show_corrects_the_gains_and_is_named_with_its_size(axes, law):
     size, words, change = LAWS[law]
-    logs = logs_of(Truth(), 6)
+    logs = logs_of(Truth(), 5)
     bent = [changed(log, v=log.v * (1.0 + size * change(log, logs[1]))) for log in logs]
     constant, lawful = gains(axes, bent), gains(axes, bent, gain_laws=True)
     (said,) = [each for each in lawful.remarks if words in each]
@@ -73,12 +77,13 @@ def test_sound_logs_show_no_law(axes, seed):
     np.testing.assert_array_equal(lawful.gain, constant.gain)
 
 
-def test_currents_of_one_log_have_no_scale_of_their_own(axes):
+def test_currents_of_one_log_have_no_scale_of_their_own(axes, monkeypatch):
     problem = problem_of(axes, logs_of(Truth())[1:], PAYLOADS[1:])
     ready = ready_of(problem)
     before = fit(ready, {}, None)
-    assert with_laws(ready, {}, before, {"scale": 0.01}, 2.0).fit is before
-    assert with_laws(ready, {}, before, {"scale": 0.01, "sign": 0.01}, -9.0).scaled.shape[1] == 0
+    assert with_laws(ready, {}, before, {"scale": 0.01}).fit is before
+    monkeypatch.setattr(laws, "SURE", -9.0)
+    assert with_laws(ready, {}, before, {"scale": 0.01, "sign": 0.01}).scaled.shape[1] == 0
 
 
 def test_columns_are_those_of_the_equation(axes):
@@ -126,4 +131,4 @@ def test_the_spread_of_drives_is_expected_from_their_coefficients_and_what_is_st
 def test_without_laws_a_fit_is_what_it_was(axes):
     ready = ready_of(problem_of(axes, logs_of(Truth())))
     before = fit(ready, {}, None)
-    assert with_laws(ready, {}, before, {}, 2.0).fit is before
+    assert with_laws(ready, {}, before, {}).fit is before

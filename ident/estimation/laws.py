@@ -87,15 +87,15 @@ class Lawful:
         return cls(before, np.zeros((len(before.ready.columns.V), 0)), 0.0, terms, ())
 
     def effects(self, before: Fit) -> list[str]:
-        """Describe the laws with the largest change that they make to the gains of a fit without them."""
+        """Describe the laws with the most significant change that they make to the gains of a fit without them."""
         if not self.remarks:
             return []
         change = np.abs(before.h / self.fit.h) - 1.0
-        j = int(np.argmax(np.abs(change)))
+        j = int(np.argmax(np.abs(change) / _noise(before.log_h)))
         return [
-            f"gains seem not to be constant, if no other error of the model looks like it: {'; '.join(self.remarks)}; "
-            f"not corrected: with gain_laws = true, the gain of joint {j + 1} is {100.0 * change[j]:+.2g} % different, "
-            "the others less"
+            "gains seem not to be constant, unless another error of the model looks the same: "
+            f"{'; '.join(self.remarks)}; not corrected: "
+            f"with gain_laws = true, the gain of joint {j + 1} changes by {100.0 * change[j]:+.2g} %"
         ]
 
 

@@ -64,8 +64,8 @@ def test_a_law_that_the_currents_show_corrects_the_gains_and_is_named_with_its_s
     assert np.abs(off(lawful)).max() < 3.0
     (told,) = [each for each in constant.remarks if said in each]
     change = lawful.gain / constant.gain - 1.0
-    worst = int(np.argmax(np.abs(change)))
-    assert f"the gain of joint {worst + 1} is {100.0 * change[worst]:+.2g} % different" in told
+    worst = int(np.argmax(np.abs(change * constant.gain) / constant.std))
+    assert f"the gain of joint {worst + 1} changes by {100.0 * change[worst]:+.2g} %" in told
     assert np.abs(off(constant)).max() > 1.7 * np.abs(off(lawful)).max()
 
 

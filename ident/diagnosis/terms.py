@@ -87,18 +87,12 @@ def states(logs: Logs, rows: Columns) -> tuple[Array, Array]:
     return q, dq
 
 
-def since_middle(rows: Columns, log: int | None = None) -> Array:
-    """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
-    own = rows.position if log is None else rows.position[rows.motion == log]
-    return rows.position / max(1, int(own.max(initial=1))) - 0.5
-
-
 def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction that changes within each log."""
     for j, rows in enumerate(logs.model.rows):
         own = rows.of_parameter("Fv", "Fc")
         if own.any():
-            time = [since_middle(rows) * (rows.motion == log) for log in range(len(logs.recordings))]
+            time = [rows.since_middle() * (rows.motion == log) for log in range(len(logs.recordings))]
             columns = np.hstack([rows.W[:, own] * each[:, None] for each in time])
             yield _of_joint("friction drift", logs, j, columns)
 
@@ -116,7 +110,7 @@ def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
     for log in range(len(logs.recordings)):
         explained = zip(logs.model.rows, reference.explained(log), strict=True)
-        columns = [(own * since_middle(rows, log))[:, None] for rows, own in explained]
+        columns = [(own * rows.since_middle(log))[:, None] for rows, own in explained]
         for joints in ((), *((j,) for j in range(len(columns)))):
             chosen = [each if not joints or j in joints else None for j, each in enumerate(columns)]
             yield _term("current drift", joints, logs, chosen, (log,), unit="%", scale=100.0)
@@ -127,7 +121,7 @@ def offsets(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     n = logs.structure.arm.n
     for log in range(len(logs.recordings)):
         level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
-        drift = [own * since_middle(rows, log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
+        drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
         for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
             yield from (_of_joint(family, logs, j, each, (log,)) for j, each in enumerate(columns))
             if n > 1 and columns:
@@ -216,7 +210,7 @@ def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Alterna
         moment[6:9] = payload.mass * np.eye(3)
         fixed = _of_payload(problem, rows, estimate, which, SHIFT, moment)
         for log in fixed.logs:  # its mean within the log, then its growth in proportion to time
-            time = [(since_middle(each, log) * (each.motion == log))[:, None] for each in rows]
+            time = [(each.since_middle(log) * (each.motion == log))[:, None] for each in rows]
             columns = (None if c is None else np.hstack((c, t * c)) for c, t in zip(fixed.columns, time, strict=True))
             yield replace(fixed, logs=(log,), columns=tuple(columns), parameters=2 * fixed.parameters)
 

@@ -16,7 +16,7 @@ with r omitted on the left where that is not positive definite (Gauss and Newton
 joint and time block (`ident.estimation.blocks`), whose coordinates z, c stand for theta, phi.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 
 from ident.estimation.blocks import flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Rows
+from ident.estimation.intervals import FREE_BLOCK, Rows, larger_of
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -328,12 +328,16 @@ class Fit:
         moved = self._to_phi[:, :, :-1] @ self.J
         return Sensitivity(self, -np.einsum("qjf,jfu->qu", weights, moved), by_c)
 
+    def of_own(self, joints: Sequence[int] | Indices, columns: Sequence[int] | Indices) -> "Sensitivity":
+        """Of single own coefficients, by joint and column, q of each."""
+        weights = np.zeros((len(joints), *self.phi.shape))
+        weights[np.arange(len(joints)), joints, columns] = 1.0
+        return self.of_phi(weights)
+
     def of_joint(self, joint: int) -> "Sensitivity":
         """Of a joint's own coefficients, those of `friction`."""
         used = np.flatnonzero(self.model.own.used[joint])
-        weights = np.zeros((len(used), *self.phi.shape))
-        weights[np.arange(len(used)), joint, used] = 1.0
-        return self.of_phi(weights)
+        return self.of_own(np.full(len(used), joint), used)
 
     @cached_property
     def rows(self) -> Rows:
@@ -403,8 +407,28 @@ class Sensitivity:
         """Change per standard deviation of each prior: of own parameters, shared ones, the n log|h|, (q, priors)."""
         (u, c), fit, n = self._solved, self.fit, len(self.fit.h)
         believed = np.isfinite(fit.model.std).ravel()
-        own = (c @ flipped(fit.model.prior)).swapaxes(0, 1).reshape(len(u), -1)[:, believed]
+        own = (c @ flipped(fit.model.prior)).swapaxes(0, 1).reshape(len(u), believed.size)[:, believed]
         return np.hstack((own, u[:, n:] @ fit.model.blocks.prior.T, u[:, :n] / fit.log_std))
+
+    def beside(self, other: "Sensitivity") -> "Sensitivity":
+        """Of these quantities and others of the same fit."""
+        by_u, by_c = np.vstack((self.by_u, other.by_u)), np.concatenate((self.by_c, other.by_c))
+        return Sensitivity(self.fit, by_u, by_c)
+
+    @cached_property
+    def from_data(self) -> Array:
+        """Covariance from the residuals, the larger of two estimates, shape (q, q)."""
+        return larger_of(self.classical(), self.jackknife())
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance from residuals and priors, shape (q, q)."""
+        return self.from_data + self.belief @ self.belief.T
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations from residuals and priors, shape (q,)."""
+        return np.sqrt(np.diag(self.covariance))
 
     def classical(self) -> Array:
         """Covariance for white residuals with one standard deviation per joint (eq. 20), shape (q, q)."""

@@ -10,20 +10,25 @@
     e_jk       time, from -0.5 to 0.5 within log k: magnets warm up
 
 Drives of one arm are alike, so their coefficients of a law have one standard deviation. It is the root of its expected
-square, given the coefficients of a fit with wide priors, for a half-normal prior of a stated scale (empirical Bayes). A
-law that improves the predictions of omitted time blocks corrects the gains, and counts in their intervals by what the
-data leave of it; the others are neglected.
+square, given the coefficients of a fit with wide priors, for Student's prior of a stated scale (empirical Bayes). A
+law that improves the predictions of omitted time blocks is named, and corrects the gains if asked to. With x and N the
+coefficients of the fit with wide priors and their covariance, and D their variances between drives, the coefficients
+that do not correct the gains have, given the data,
+
+    mean m = D (N + D)^-1 x        covariance P = D - D (N + D)^-1 D
+
+so that gains fitted without them, of which they change the logarithm by S, have the mean square error S (P + m m') S'.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, Sensitivity, fit, improvement, z_of
-from ident.estimation.intervals import larger_of
+from ident.estimation.all_joints import Fit, fit, improvement, z_of
 from ident.estimation.setting import Setting, Term
 from ident.support.arrays import Array
+from ident.support.errors import NotIdentifiable
 from ident.support.naming import joint_list
 
 SCALE, SIZE, SIGN, POSITION, TIME = "scale", "size", "sign", "position", "time"
@@ -39,28 +44,39 @@ WIDE = 5.0
 """Prior standard deviation of the first fit, in stated ones."""
 SPREADS = np.geomspace(0.01, 10.0, 61)
 """Standard deviations between drives, in stated ones."""
-
-
+FREEDOM = 3.0
+"""Degrees of freedom of Student's distribution of this standard deviation: the fewest with an expected square."""
 SURE = 2.9
 """Number of standard errors by which a law must improve the prediction of omitted time blocks: by Bonferroni's
 inequality for five laws, one set of logs in a hundred shows a law that is not there."""
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A coefficient of a law: its number, a log or one of `columns_of`, and its joint, from 0; -1 for all joints."""
+
+    law: str
+    number: int
+    joint: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Coefficients:
-    """Estimated coefficients of a law, one of m drives or logs each.
+    """Estimated coefficients of laws: m places, values, shape (m,), and their covariance, shape (m, m)."""
 
-    Attributes:
-        value: Estimates, shape (m,).
-        noise: Their standard errors, shape (m,).
-        joints: Joint of each, from 0; -1 for all.
-        logs: Log of each, from 0; 0 for all.
-    """
-
+    places: tuple[Place, ...]
     value: Array
-    noise: Array
-    joints: tuple[int, ...]
-    logs: tuple[int, ...]
+    covariance: Array
+
+    @property
+    def noise(self) -> Array:
+        """Standard errors, shape (m,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def of(self, laws: Collection[str]) -> "Coefficients":
+        """Those of some laws."""
+        at = np.array([k for k, each in enumerate(self.places) if each.law in laws], np.intp)
+        return Coefficients(tuple(self.places[k] for k in at), self.value[at], self.covariance[np.ix_(at, at)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,10 +85,11 @@ class Lawful:
 
     Attributes:
         fit: Its fit.
-        scaled: Torques of each log but the first, appended to the shared columns, shape (r, logs - 1).
+        scaled: Torques of each log but the first, appended to the shared columns, shape (r, logs - 1) or (r, 0).
         std: Standard deviation of their coefficients.
         terms: Its terms, with those of the laws.
         remarks: Laws that the data show, in words.
+        unsure: Relative change of each gain per standard deviation of coefficients that do not correct it, (n, m).
     """
 
     fit: Fit
@@ -80,147 +97,161 @@ class Lawful:
     std: float
     terms: Mapping[str, Term]
     remarks: tuple[str, ...]
+    unsure: Array
 
     @classmethod
     def none(cls, before: Fit, terms: Mapping[str, Term]) -> "Lawful":
         """A model without laws."""
-        return cls(before, np.zeros((len(before.ready.columns.V), 0)), 0.0, terms, ())
-
-    def effects(self, before: Fit) -> list[str]:
-        """Describe the laws with the most significant change that they make to the gains of a fit without them."""
-        if not self.remarks:
-            return []
-        change = np.abs(before.h / self.fit.h) - 1.0
-        j = int(np.argmax(np.abs(change) / _noise(before.log_h)))
-        return [
-            "gains seem not to be constant, unless another error of the model looks the same: "
-            f"{'; '.join(self.remarks)}; not corrected: "
-            f"with gain_laws = true, the gain of joint {j + 1} changes by {100.0 * change[j]:+.2g} %"
-        ]
+        return cls(before, np.zeros((len(before.ready.columns.V), 0)), 0.0, terms, (), np.zeros((len(before.h), 0)))
 
 
-def with_laws(ready: Setting, terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float]) -> Lawful:
-    """Fit the laws that the data show beside a model, the one that improves predictions most first.
+def with_laws(
+    ready: Setting, terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float], *, corrected: bool
+) -> Lawful:
+    """Find the laws that the data show beside a model, the one that improves predictions most first.
 
     Args:
         ready: The problem, from recordings.
         terms: Terms of the model.
         before: Its fit.
         stated: Scale of the standard deviation of the coefficients of each law concerned.
+        corrected: Whether these laws correct the gains; else they are reported.
+
+    Returns:
+        The model; without laws if the data have too few rows for them, or a fit with them does not converge.
     """
     none = Lawful.none(before, terms)
-    torques = torques_by_log(ready, before)
-    possible = [law for law in stated if law != SCALE or torques.shape[1]]
+    columns = {law: columns_of(law, ready, before) for law in stated}
+    possible = [law for law, each in columns.items() if each]
     if not possible:
         return none
-    columns = {law: columns_of(law, ready, before) for law in possible if law != SCALE}
 
     def fitted(std: Mapping[str, float], start: Fit) -> Lawful:
-        laws = {law: each for law, each in columns.items() if law in std}
-        own = {f"{law} {k}": Term(each, std=std[law]) for law, of_law in laws.items() for k, each in of_law.items()}
-        scaled, scale = torques[:, : None if SCALE in std else 0], std.get(SCALE, 0.0)
-        wide = ready.widened(scaled, scale) if scaled.shape[1] else ready
-        return Lawful(fit(wide, {**terms, **own}, start), scaled, scale, {**terms, **own}, ())
+        scaled, own = none.scaled, dict(terms)
+        for law in std:
+            if law == SCALE:
+                scaled = np.column_stack([*columns[law].values()]) / before.h[ready.columns.joint][:, None]
+            else:
+                own |= {f"{law} {k}": Term(each, std=std[law]) for k, each in columns[law].items()}
+        wide = ready.widened(scaled, std.get(SCALE, 0.0))
+        return replace(none, fit=fit(wide, own, start), scaled=scaled, std=std.get(SCALE, 0.0), terms=own)
 
-    def estimated(model: Lawful, laws: Collection[str]) -> dict[str, Coefficients]:
-        scales = torques.shape[1]
-        return {
-            law: _of_logs(model.fit, scales) if law == SCALE else _of_joints(model.fit, law, [*columns[law]])
-            for law in laws
-        }
-
-    free = fitted({law: WIDE * stated[law] for law in possible}, before)
-    spread = {law: expected_spread(each, stated[law]) for law, each in estimated(free, possible).items()}
     shown, model = list[str](), none
-    while left := [law for law in possible if law not in shown]:
-        tried = {law: fitted({each: spread[each] for each in (*shown, law)}, model.fit) for law in left}
-        gain = {law: improvement(each.fit, model.fit) for law, each in tried.items()}
-        best = max(left, key=lambda law: float(gain[law].sum()))
-        if z_of(gain[best]) < SURE:
-            break
-        shown, model = [*shown, best], tried[best]
-    return replace(model, remarks=tuple(_words(estimated(model, shown))))
+    try:
+        free = coefficients(fitted({law: WIDE * stated[law] for law in possible}, before).fit, columns)
+        spread = {law: expected_spread(free.of([law]), stated[law]) for law in possible}
+        while left := [law for law in possible if law not in shown]:
+            tried = {law: fitted({each: spread[each] for each in (*shown, law)}, model.fit) for law in left}
+            gain = {law: improvement(each.fit, model.fit) for law, each in tried.items()}
+            best = max(left, key=lambda law: float(gain[law].sum()))
+            if z_of(gain[best]) < SURE:
+                break
+            shown, model = [*shown, best], tried[best]
+    except NotIdentifiable:
+        return none
+    words = tuple(_words(coefficients(model.fit, {law: columns[law] for law in shown})))
+    if not corrected:
+        words, model, shown = _uncorrected(words, before, model.fit), none, []
+    left = free.of([law for law in possible if law not in shown])
+    return replace(model, remarks=words, unsure=_unsure(model.fit, columns, left, spread))
+
+
+def _uncorrected(words: Sequence[str], before: Fit, after: Fit) -> tuple[str, ...]:
+    """Describe laws with the most significant change that they make to the gains of a fit without them."""
+    if not words:
+        return ()
+    change = np.abs(before.h / after.h) - 1.0
+    j = int(np.argmax(np.abs(change) / before.log_h.std))
+    return (
+        "gains seem not to be constant, unless another error of the model looks the same: "
+        f"{'; '.join(words)}; not corrected: "
+        f"with gain_laws = true, the gain of joint {j + 1} changes by {100.0 * change[j]:+.2g} %",
+    )
+
+
+def _unsure(
+    final: Fit, columns: Mapping[str, Mapping[int, Array]], left: Coefficients, spread: Mapping[str, float]
+) -> Array:
+    """Return the relative change of each gain per standard deviation of neglected coefficients, shape (n, m)."""
+    S = np.zeros((len(final.h), len(left.places)))
+    for k, place in enumerate(left.places):
+        own = (final.ready.columns.joint == place.joint) | (place.joint < 0)
+        S[:, k] = final.log_h.influence[:, own] @ columns[place.law][place.number][own]
+    D = np.diag(np.square([spread[each.law] for each in left.places]))
+    K = np.linalg.solve(left.covariance + D, D).T
+    m = K @ left.value
+    size, along = np.linalg.eigh(D - K @ D + np.outer(m, m))
+    return S @ along * np.sqrt(np.maximum(size, 0.0))
 
 
 def columns_of(law: str, ready: Setting, before: Fit) -> dict[int, Array]:
-    """Return columns of a law of each joint from the currents of an earlier fit, by number, shape (r,)."""
+    """Return the columns of a law that are not zero, of all joints, from the currents of an earlier fit.
+
+    Returns:
+        Columns, shape (r,), by number: the log for scale and time, else from 0.
+    """
     rows, i = ready.columns, before.fitted_currents
-    if law == SIGN:
-        return {0: np.abs(i)}
-    if law == TIME:
-        return dict(enumerate(_within_logs(ready, i)))
-    if law == POSITION:
+    logs = range(len(ready.problem.motions))
+    if law == SCALE:
+        friction = np.einsum("rf,rf->r", before.model.F, before.phi[rows.joint])
+        columns = {log: np.where(rows.motion == log, i - friction, 0.0) for log in logs[1:]}
+    elif law == SIGN:
+        columns = {0: np.abs(i)}
+    elif law == TIME:
+        columns = {log: np.where(rows.motion == log, i * rows.since_middle(log), 0.0) for log in logs}
+    elif law == POSITION:
         turns = (np.stack((np.cos(each.behind.q), np.sin(each.behind.q)), axis=2) for each in ready.sweeps)
         turn = ready.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, turns, strict=True)])
         revolute = ready.problem.structure.arm.revolute.astype(bool)[rows.joint]
         share = np.where(revolute, i / np.where(rows.weight > 0.0, rows.weight, 1.0), 0.0)
-        return {k: share * turn[:, k] for k in range(2)}
-    column = np.zeros_like(i)
-    for j in range(ready.n):
-        own = rows.joint == j
-        size, loaded = np.abs(i[own]), rows.loaded[own]
-        rms = np.sqrt(np.mean(size[loaded if loaded.any() else slice(None)] ** 2))
-        column[own] = i[own] * (size - rms) / max(float(size.max(initial=0.0)), 1e-300)
-    return {0: column}
+        columns = {k: share * turn[:, k] for k in range(2)}
+    else:
+        size = np.zeros_like(i)
+        for j in range(ready.n):
+            own = rows.joint == j
+            x, loaded = np.abs(i[own]), rows.loaded[own]
+            rms = np.sqrt(np.mean(x[loaded if loaded.any() else slice(None)] ** 2))
+            size[own] = i[own] * (x - rms) / max(float(x.max(initial=0.0)), 1e-300)
+        columns = {0: size}
+    return {k: each for k, each in columns.items() if each.any()}
 
 
-def _within_logs(ready: Setting, i: Array) -> Iterator[Array]:
-    rows = ready.columns
-    for log in range(len(ready.problem.motions)):
-        own = rows.motion == log
-        yield np.where(own, i * (rows.position / max(1, int(rows.position[own].max(initial=1))) - 0.5), 0.0)
-
-
-def torques_by_log(ready: Setting, before: Fit) -> Array:
-    """Return the torques of an earlier fit in each log but the first, zero in the others, shape (r, logs - 1)."""
-    joint, motion = ready.columns.joint, ready.columns.motion
-    friction = np.einsum("rf,rf->r", before.model.F, before.phi[joint])
-    torque = (before.fitted_currents - friction) / before.h[joint]
-    return torque[:, None] * (motion[:, None] == np.arange(1, len(ready.problem.motions)))
-
-
-def _of_logs(free: Fit, scales: int) -> Coefficients:
-    """Return the scales of the currents of all logs but the first, the last shared parameters of a fit."""
-    at = np.arange(len(free.theta) - scales, len(free.theta))
-    return Coefficients(free.theta[at], _noise(free.of_theta(at)), (-1,) * scales, tuple(range(1, scales + 1)))
-
-
-def _of_joints(free: Fit, law: str, numbers: Collection[int]) -> Coefficients:
-    """Return the coefficients of a law of all joints that a fit found."""
-    which = {number: free.model.names.index((f"{law} {number}", -1)) for number in numbers}
-    places = [(j, k, number) for number, k in which.items() for j in np.flatnonzero(free.model.own.used[:, k]).tolist()]
-    joints, own, logs = (tuple(each) for each in zip(*places, strict=True))
-    weights = np.zeros((len(places), *free.phi.shape))
-    weights[np.arange(len(places)), joints, own] = 1.0
-    return Coefficients(free.phi[joints, own], _noise(free.of_phi(weights)), joints, logs)
-
-
-def _noise(found: Sensitivity) -> Array:
-    variance = np.diag(larger_of(found.classical(), found.jackknife()))
-    return np.hypot(np.sqrt(variance), np.linalg.norm(found.belief, axis=1))
+def coefficients(found: Fit, columns: Mapping[str, Mapping[int, Array]]) -> Coefficients:
+    """Return the coefficients of some laws, with columns as `columns_of`, in a fit with them."""
+    logs = [*columns.get(SCALE, {})]
+    at = np.arange(len(found.theta) - len(logs), len(found.theta))
+    names, used = found.model.names, found.model.own.used
+    own = {(law, k): names.index((f"{law} {k}", -1)) for law in columns if law != SCALE for k in columns[law]}
+    of_joints = [(Place(*key, j), x) for key, x in own.items() for j in np.flatnonzero(used[:, x]).tolist()]
+    places = [Place(SCALE, log, -1) for log in logs] + [each for each, _ in of_joints]
+    joints, which = [each.joint for each, _ in of_joints], [x for _, x in of_joints]
+    both = found.of_theta(at).beside(found.of_own(joints, which))
+    value = np.concatenate((found.theta[at], found.phi[joints, which]))
+    return Coefficients(tuple(places), value, both.covariance)
 
 
 def expected_spread(found: Coefficients, stated: float) -> float:
     """Return the root of the expected square of the standard deviation of coefficients between drives.
 
-    -2 log p = sum(log v + value^2 / v) + spread^2 / stated^2, v = noise^2 + spread^2
+    -2 log p = sum(log v + value^2 / v) + (f + 1) log(1 + (spread / stated)^2 / (f - 2)), v = noise^2 + spread^2
     """
     v = found.noise[:, None] ** 2 + (stated * SPREADS) ** 2
-    log = -0.5 * np.sum(np.log(v) + found.value[:, None] ** 2 / v, axis=0) - 0.5 * SPREADS**2 + np.log(SPREADS)
+    prior = np.log(SPREADS) - 0.5 * (FREEDOM + 1.0) * np.log(1.0 + SPREADS**2 / (FREEDOM - 2.0))
+    log = prior - 0.5 * np.sum(np.log(v) + found.value[:, None] ** 2 / v, axis=0)
     weight = np.exp(log - log.max())  # of equal steps of the logarithm
     return stated * float(np.sqrt(weight @ SPREADS**2 / weight.sum()))
 
 
-def _words(found: Mapping[str, Coefficients]) -> Iterator[str]:
+def _words(found: Coefficients) -> Iterator[str]:
     """Describe each law, of each log apart if it is one of logs, with its largest coefficient."""
-    for law, each in found.items():
-        of_logs = law in (SCALE, TIME)
-        size = np.abs(each.value)
-        for log in dict.fromkeys(each.logs) if of_logs else (0,):
-            own = (np.array(each.logs) == log) | (not of_logs)
-            worst = int(np.argmax(np.where(own, size, -1.0)))
-            own &= (size > SURE * each.noise) | (np.arange(len(size)) == worst)
-            joints = joint_list(sorted({j for j, shown in zip(each.joints, own, strict=True) if shown}))
+    for law in dict.fromkeys(each.law for each in found.places):
+        of_law, of_logs = found.of([law]), law in (SCALE, TIME)
+        size, noise = np.abs(of_law.value), of_law.noise
+        number = np.array([each.number if of_logs else 0 for each in of_law.places])
+        for log in np.unique(number).tolist():
+            worst = int(np.argmax(np.where(number == log, size, -1.0)))
+            own = (number == log) & ((size > SURE * noise) | (np.arange(len(size)) == worst))
+            joints = joint_list(sorted({of_law.places[k].joint for k in np.flatnonzero(own)}))
             most = "at most " if own.sum() > 1 else ""
-            value = f"{100.0 * each.value[worst]:+.2g} ± {100.0 * each.noise[worst]:.1g} %"
+            value = f"{100.0 * of_law.value[worst]:+.2g} ± {100.0 * noise[worst]:.1g} %"
             yield f"{WORDS[law].format(joints=joints, log=log + 1)} {most}{value}"

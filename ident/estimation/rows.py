@@ -84,6 +84,11 @@ class Columns:
         """
         return np.sum(self.W[:, self.of_parameter(name)], axis=1)
 
+    def since_middle(self, log: int | None = None) -> Array:
+        """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
+        own = self.position if log is None else self.position[self.motion == log]
+        return self.position / max(1, int(own.max(initial=1))) - 0.5
+
     def friction(self, *, per_motion: bool) -> tuple[tuple[tuple[str, int], ...], Array]:
         """Name and motion, -1 for all motions, of the columns of friction and offset, and the columns, shape (r, b)."""
         motions = np.unique(self.motion).tolist() if per_motion else [-1]

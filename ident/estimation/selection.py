@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
-from ident.estimation.intervals import larger_of
-from ident.estimation.laws import Lawful, with_laws
+from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
     LINKS,
@@ -107,18 +106,20 @@ class Selected:
         rivals: Alternative models.
         remarks: What was selected, in words.
         stiff: The same model with rigid joints if the data selected elastic ones, else None.
+        unsure: Relative change of each gain per standard deviation of laws of the gains that it neglects, shape (n, m).
     """
 
     final: Fit
     remarks: tuple[str, ...]
     rivals: tuple[AlternativeModel, ...] = ()
     stiff: Fit | None = None
+    unsure: Array | None = None
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain per standard deviation, one column for each alternative model, shape (n, m)."""
-        nothing = np.zeros((len(self.final.h), 0))
-        return np.column_stack([nothing, *(each.share * each.log_ratio for each in self.rivals)])
+        """Relative change of each gain per standard deviation of other models and neglected laws, shape (n, m)."""
+        unsure = np.zeros((len(self.final.h), 0)) if self.unsure is None else self.unsure
+        return np.column_stack([unsure, *(each.share * each.log_ratio for each in self.rivals)])
 
 
 def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = False, yielding: bool = False) -> Selected:
@@ -173,27 +174,21 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
         but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
         remarks.append(f"joint elasticity detected and modelled{but}")
     known = {} if ready.given else laws  # which the error of a given gain would imitate
-    lawful = with_laws(final.where, final.terms, final.fit, known)
-    remarks += lawful.remarks if corrected else lawful.effects(final.fit)
-    rigid = ready
-    if not corrected:
-        lawful = Lawful.none(final.fit, final.terms)
-    elif lawful.scaled.shape[1]:
-        rigid = ready.widened(lawful.scaled, lawful.std)
+    lawful = with_laws(final.where, final.terms, final.fit, known, corrected=corrected)
+    rigid = ready.widened(lawful.scaled, lawful.std)
     return Selected(
         final=lawful.fit,
         rivals=tuple(rivals),
-        remarks=tuple(remarks),
+        remarks=(*remarks, *lawful.remarks),
         stiff=fit(rigid, lawful.terms, lawful.fit) if yields and not yielding else None,
+        unsure=lawful.unsure,
     )
 
 
 def of_negative_compliance(soft: Fit, count: int) -> Mask:
     """Mask of the compliances, the last shared parameters of a fit, that are significantly negative, shape (count,)."""
     own = np.arange(len(soft.theta) - count, len(soft.theta))
-    found = soft.of_theta(own)
-    variance = np.diag(larger_of(found.classical(), found.jackknife()))
-    return soft.theta[own] < -BETTER * np.sqrt(variance)
+    return soft.theta[own] < -BETTER * np.sqrt(np.diag(soft.of_theta(own).from_data))
 
 
 def _load_note(form: str, belief: Belief) -> str:
@@ -297,12 +292,7 @@ def _belief(free: Fit, form: str) -> Belief:
     """Return the prior of the joints' coefficients from a fit with a wide one."""
     k = free.model.names.index((form, -1))
     joints = np.flatnonzero(free.model.own.used[:, k])
-    weights = np.zeros((len(joints), *free.phi.shape))
-    weights[np.arange(len(joints)), joints, k] = 1.0
-    found, seen = free.of_phi(weights), free.phi[joints, k]
-    variance = np.diag(larger_of(found.classical(), found.jackknife()))
-    noise = np.hypot(np.sqrt(variance), np.linalg.norm(found.belief, axis=1))
-    return prior_of_drives(seen, noise)
+    return prior_of_drives(free.phi[joints, k], free.of_own(joints, np.full(len(joints), k)).std)
 
 
 def prior_of_drives(seen: Array, noise: Array) -> Belief:

@@ -122,6 +122,8 @@ class Setting:
 
     def widened(self, more: Array, std: Array | float = np.inf, independent: Array | None = None) -> "Setting":
         """Append shared columns (r, m) with their prior standard deviations (m,); arguments as `Blocks.widened`."""
+        if not more.shape[1]:
+            return self
         blocks = self.blocks.widened(more, np.full(more.shape[1], std), independent)
         return replace(self, A=np.hstack((self.A, more)), blocks=blocks)
 

@@ -94,14 +94,15 @@ class AllJointsOptions:
             arm.
         tilt_std: Prior standard deviation of the base's tilt about each of two axes across gravity [deg], likewise. The
             default is 2 mm per metre.
-        gain_laws: Whether laws of the gains that the data show correct them; else they are reported, with the change.
+        gain_laws: Whether laws of the gains that the data show correct them, for `friction = "auto"`; else they are
+            reported, with the change. What does not correct the gains counts in their intervals.
         scale_std: Scale of the standard deviation of the gains between logs [%], for `friction = "auto"`, as for those
             of the following laws (`ident.estimation.laws`); 0 if gains do not depend on it. Magnets weaken by 0.1
             (samarium-cobalt: 0.04) to 0.2 % per K: the default is 2.5 to 5 K.
         size_std: The same of the fall of a gain from zero to peak current [%]: iron saturates.
         sign_std: The same of half the difference between both signs of a current [%]: current sensors are accurate to
             0.5 to 1 %.
-        position_std: The same of the variation once a turn [%].
+        position_std: The same of the variation once a turn of the joint [%]; that of a geared motor is faster.
         time_std: The same of the fall within a log [%].
         loss: Loss of the residuals: their squares, or that of Student's t distribution, robust to gross outliers.
         prior_std: Prior standard deviation of log|1/g| about the initial value; it keeps the gain of an unloaded joint
@@ -119,7 +120,7 @@ class AllJointsOptions:
     scale_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
     size_std: Annotated[float, Interval(ge=0.0, le=50.0), Unit("%")] = 2.0
     sign_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
-    position_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
+    position_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.2
     time_std: Annotated[float, Interval(ge=0.0, le=20.0), Unit("%")] = 0.5
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
     prior_std: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0
@@ -139,6 +140,8 @@ class AllJointsOptions:
         if self.loss not in LOSSES:
             raise unknown_name("loss", self.loss, LOSSES)
         refuse_outside(self, OptionError)
+        if self.gain_laws and self.friction != AUTO:
+            raise OptionError(f"gain_laws = true: expected friction = {AUTO!r}, not {self.friction!r}")
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value must be given together: the number of a joint and its gain")
         if self.gain_value == 0.0:

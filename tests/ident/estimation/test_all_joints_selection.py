@@ -242,7 +242,10 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
     assert chosen.model.shape == (N, 3)
     ratio = np.log(stiff.h / soft.h)
     np.testing.assert_allclose(chosen.model[:, 2], selection.FIRST_ORDER * ratio, rtol=1e-9)
-    estimate = gains(problem)
+    lawful = selected(ready, {"sign": 0.01}).model
+    np.testing.assert_array_equal(lawful[:, -3:], chosen.model)
+    assert lawful.shape == (N, 6)  # and laws of three joints
+    estimate = gains(problem, **{f"{law}_std": 0.0 for law in ("scale", "size", "sign", "position", "time")})
     np.testing.assert_array_equal(estimate.solution.model[:, -3:], chosen.model)
     np.testing.assert_array_equal(estimate.solution.model[:, :-3], chosen.final.log_h.belief)
 

@@ -121,8 +121,8 @@ def test_gains_of_one_pair_weigh_the_payload_of_the_other(real: Path, ur10e, fou
     known = found[gains]
     verification = verified(payload_of(problem, known, AllJointsOptions()), payload, known)
     assert verification.passed
-    # Off by 0.1 and 0.5 %, where the stated deviations are 1.1 %.
-    assert abs(verification.together.rel_error) < 2.0 * verification.together.rel_std < 0.03
+    # Off by 0.1 and 0.6 %, where the stated deviations are 2.4 %, half of them by laws of the gains.
+    assert abs(verification.together.rel_error) < 2.0 * verification.together.rel_std < 0.06
     off = known.value.copy()
     off[1] *= 1.15
     wrong = replace(known, value=off)

@@ -204,12 +204,11 @@ def check(
     Raises:
         RecordingError: If the number of joints of a recording is not that of the arm.
     """
-    mounted = loaded or (False,) * len(recordings)
+    mounted, policy = loaded or (False,) * len(recordings), replace(REPORTED, undelay=undelay)
     motions = [
         Motion(each, payload if carries else None if k == 0 else Payload(mass=1.0, known="none"))
         for k, (each, carries) in enumerate(zip(recordings, mounted, strict=True))
     ]
-    policy = replace(REPORTED, undelay=undelay)
     prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     logs = tuple(
         (each.recording.name, () if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing))
@@ -258,11 +257,7 @@ def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:
-    """Return the estimate without gains that a fault invalidates.
-
-    Raises:
-        Contradiction: If no gain is left.
-    """
+    """Return the estimate without gains that a fault invalidates; raises `Contradiction` if none is left."""
     joints = list(estimate.joints)
     wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
     for each in reversed(wrong):  # the worst diagnosis determines the reason

@@ -105,7 +105,6 @@ class Prepared:
         parts: The motions with their invalid samples and linear systems.
         problem: Linear systems with payloads.
         observing: Filters and thresholds, with the delay that was corrected.
-        policy: Policy for checks and repairs.
         diagnoses: Diagnoses of samples and repairs.
         remarks: Remarks on automatic choices.
         examined: All logs, also those that cannot be filtered.

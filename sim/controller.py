@@ -63,7 +63,6 @@ class ControllerBelief:
     """The controller's model of the arm, which may differ from the plant.
 
     Attributes:
-        mjcf: Model file of the bare arm.
         gain: Drive gains by which the controller divides [N m / drive unit], one per joint, none zero.
         rotor_inertia: Ia [kg m^2], one per joint.
         flange: Last body of the arm, None if all joints belong to the arm.

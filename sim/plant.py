@@ -68,10 +68,8 @@ class Plant:
     """All true parameters of one robot.
 
     Attributes:
-        robot: The arm and its specific elements.
         drives: Its true drives; those of `robot` are nominal.
         payload: Payload of the loaded motions.
-        errors: Effects that the identification model lacks.
 
     Raises:
         PlantError: If the drives do not match the arm, or a model error does not apply to robot or drives.

@@ -244,11 +244,7 @@ def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> Min
 
 
 def urdf_to_flange(root: ET.Element, flange: str) -> None:
-    """Remove the links and joints outside the chain from the base to a flange.
-
-    Raises:
-        RobotModelError: If no link has that name.
-    """
+    """Remove links and joints outside the chain from the base to a flange; raises `RobotModelError` without one."""
     refuse_unknown_flange(root, flange, [link.get("name", "") for link in root.findall("link")])
     above = {_end(joint, "child"): joint for joint in root.findall("joint")}
     joints, links = list[ET.Element](), [flange]
@@ -331,11 +327,7 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
 
 
 def check_ending(path: Path) -> None:
-    """Check that a file's name has the ending of a robot model.
-
-    Raises:
-        RobotModelError: If it has not.
-    """
+    """Check that a file's name has the ending of a robot model; raises `RobotModelError` otherwise."""
     ending = path.suffix.lower()
     if ending not in MODEL_FILES:
         what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"

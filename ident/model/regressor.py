@@ -145,7 +145,6 @@ class LinkMotions:
         arm: The arm, n joints.
         dq: Joint velocities [rad/s or m/s], shape (N, n).
         ddq: Joint accelerations, shape (N, n).
-        links: Links, from the base on.
     """
 
     arm: Arm

@@ -34,10 +34,7 @@ def read_xml(path: Path) -> ET.Element:
 
 
 def read_document(path: Path, *, comments: bool = False) -> ET.Element:
-    """Read an XML file in the encoding that it declares, UTF-8 by default.
-
-    Returns:
-        An element around the root, and around its comments if wanted.
+    """Read an XML file, in UTF-8 unless it declares another encoding; an element around its root, and its comments.
 
     Raises:
         RobotModelError: If the file cannot be read, is not XML, declares entities, or is too large or deep.
@@ -100,9 +97,7 @@ def title(element: ET.Element) -> str:
 def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
     """Check the numbers of an element, and that no known attribute is misspelt; unknown ones are ignored.
 
-    Args:
-        element: The element.
-        known: Its attributes, with how many numbers each has, 0 if it has a word.
+    `known` has for each attribute how many numbers it has, 0 if it has a word.
 
     Raises:
         RobotModelError: As `vector`, or if an attribute is nearly a known one.

@@ -120,7 +120,6 @@ class Observation:
     """The linear system of one motion.
 
     Attributes:
-        structure: Identifiable structure of the arm.
         joints: One `JointObservation` per joint.
         notes: Changes of the recording that the user should know.
         full_rate: The motion of the rows at full rate, None without a recording.

@@ -82,11 +82,7 @@ def nearest_links(
 ) -> FoundLinks:
     """Return the physically consistent links nearest to the model's that the data allow.
 
-    Args:
-        base: Base parameters of the arm.
-        found: Identified base parameters in SI, without friction and offsets.
-        covariance: Covariance of their values, shape (k, k).
-        nominal: The model's links.
+    `found` are identified base parameters in SI, without friction and offsets, with the covariance (k, k).
 
     Raises:
         RobotModelError: If a link of the model is not physically consistent.

@@ -69,11 +69,7 @@ class FoundBody:
         return next((each for each in self.quantities if each.name == name), None)
 
     def check_mass(self) -> None:
-        """Refuse a significantly negative mass.
-
-        Raises:
-            Contradiction: If it is.
-        """
+        """Refuse a significantly negative mass; raises `Contradiction`."""
         mass = self.of("mass")
         if mass is not None and mass.value < -SURE * mass.std:
             raise Contradiction(
@@ -211,7 +207,6 @@ class PaperEstimate:
         error_norm: Norm of the weighted residual (table 4 of the paper).
         rel_error_norm: `error_norm` over the norm of the weighted left side.
         sigma: Standard deviation of the residual (eq. 19).
-        system: Its rows.
         torque: Torques of the fitted model on those rows [N m], shape (r,).
     """
 

@@ -71,7 +71,6 @@ class Motion:
     """A recording and its payload.
 
     Attributes:
-        recording: Recording of one motion.
         payload: The specified payload, None for a bare flange. Recordings of one mounting share one object, and thus
             its unknown parameters.
     """

@@ -88,11 +88,7 @@ class Call(NamedTuple):
 
 
 def method_of(text: str) -> Method:
-    """Return the method of a text.
-
-    Raises:
-        ScenarioError: If there is no such estimator, option, function or program.
-    """
+    """Return the method of a text; raises `ScenarioError` without such an estimator, option, function or program."""
     if text.startswith("exec:"):
         try:
             words = shlex.split(text.removeprefix("exec:"))

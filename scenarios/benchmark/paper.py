@@ -401,11 +401,7 @@ class SavedPaper(BaseModel):
 
 
 def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
-    """Write `FILES`: payload parameters; torques [N m] of all cases against time [s], the data of figure 3; the result.
-
-    Raises:
-        OSError: If they cannot be written.
-    """
+    """Write `FILES`: payload parameters; torques [N m] of all cases by time [s], as in figure 3; the result."""
     names = ("name", "value", "std", "residual_std", "gain_std")
     parameters = [
         {"case": case, **{name: getattr(each, name) for name in names}, "known": False, "essential": essential}

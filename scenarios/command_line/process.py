@@ -106,12 +106,7 @@ def open_streams() -> None:
 
 
 def write(text: str) -> None:
-    """Write text to standard output and flush.
-
-    Raises:
-        OSError: If it cannot be written.
-        BrokenPipeError: If its reader has ended.
-    """
+    """Write text to standard output and flush; raises `OSError` if it cannot be written, or its reader has ended."""
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

@@ -101,14 +101,10 @@ class Limits:
         return 0.5 * (self.upper - self.lower)
 
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
-        """Return the excess over the usable shares of the limits, relative to the limits, at least zero.
+        """Return the excess over the usable shares of the limits, relative to them, at least zero, shape (4, N, n).
 
-        Args:
-            motion: q, dq, ddq, each (N, n).
-            torques: Without and with payload [N m], shape (2, N, n).
-
-        Returns:
-            Excess in the order of `SHARES`, shape (4, N, n).
+        The motion is q, dq, ddq, each (N, n); torques [N m] are without and with payload, (2, N, n). The order is that
+        of `SHARES`.
         """
         q, dq, ddq = motion
         used = (
@@ -138,11 +134,7 @@ class Design:
 
     Attributes:
         plant: The assumed robot, with the payload for the distances.
-        structure: Its identifiable structure.
-        limits: Limits of the motion.
         joints: Joints whose gains are to be identified, from 0.
-        carried: The payload and its known parameters.
-        method: Name of the estimator.
         slow: Joint speeds at which a row has half its weight [rad/s], shape (n,); None for rows of equal weight.
         solids: Shapes of the payload, None for a cylinder with its inertia.
         searched_hz: Sampling rate during the search [Hz].
@@ -164,11 +156,7 @@ class Design:
 
     @classmethod
     def of(cls, setup: Setup) -> "Design":
-        """Return the problem of a scenario, with its first payload and the joints to identify.
-
-        Raises:
-            ScenarioError: If there is no joint to identify, or no payload.
-        """
+        """Return the problem of a scenario's first payload; raises `ScenarioError` without one, or no gain to find."""
         scenario = setup.scenario
         wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
         if not wanted.size:

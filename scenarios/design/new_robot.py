@@ -123,12 +123,10 @@ class NewRobot:
     """A robot from its model file and defaults.
 
     Attributes:
-        path: The model file.
         flange: Last body of the arm, None if all joints belong to it.
         rated_load: [kg], None if not stated.
         drives: Values by table of a robot file's `[drives]`.
         payload: The first payload, complete.
-        payload_source: Its source, a sentence.
         home: Start pose of the search for a motion.
     """
 

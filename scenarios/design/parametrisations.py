@@ -49,7 +49,6 @@ class Series:
     """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale.
 
     Attributes:
-        limits: Limits that scale the amplitudes.
         shapes: Sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H).
         usual: Standard deviation of each weight of a random motion, shape (K,).
         duration: Period [s].

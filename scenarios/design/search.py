@@ -63,10 +63,9 @@ class Searched(ResultModel):
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
-    """Return initial centres of motions. `home` is that of the robot's file [rad or m], shape (n,).
+    """Return initial centres of motions, shape (k, n): home, if it is feasible at rest, else random feasible positions.
 
-    Returns:
-        Home if it is feasible at rest, otherwise random feasible positions within the ranges, shape (k, n).
+    `home` is that of the robot's file [rad or m], shape (n,).
 
     Raises:
         TrajectoryError: If there are none, of the kind `NO_POSITION`.
@@ -96,14 +95,9 @@ def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Foun
 
 
 def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:
-    """Yield successively better motions, one per generation of CMA-ES.
+    """Yield successively better motions, one per generation of CMA-ES; the same seed gives the same ones.
 
-    Args:
-        first: Initial state.
-        step: Initial step size.
-        seed: Seed of the random numbers; the same seed gives the same motion.
-        evaluations: Number of motions to try, without the random ones at the start.
-        judge: Returns their costs.
+    `step` is the initial step size, `evaluations` the number of motions to try, without the random ones at the start.
     """
     found = first
     yield found

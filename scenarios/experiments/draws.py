@@ -29,10 +29,7 @@ STREAM_SEEDS = 2**31
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
-    """Draw everything that a scenario declares random; the draw named k uses the stream of (seed, checksum of k).
-
-    Returns:
-        New values by key path; empty if nothing is random.
+    """Draw everything that a scenario declares random, by key path; draw k uses the stream of (seed, checksum of k).
 
     Raises:
         WrongValue: If the target of a draw is not a number of the scenario, or the distribution does not exist.
@@ -54,11 +51,7 @@ def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
 
 
 def check_draws(scenario: Scenario) -> None:
-    """Check that all draws and sources are possible, and that the scenario can be run with every choice.
-
-    Raises:
-        WrongValue: If a draw is not possible (the first one).
-    """
+    """Check that draws and sources are possible with every choice; raises `WrongValue` for the first that is not."""
     table = scenario.table
     drawn = {name: source for name, source in table.sources.items() if source.stream is None}
     for group, draws in (("random", table.random), ("sources", drawn)):
@@ -219,7 +212,6 @@ class Sources:
     """The error sources of a scenario.
 
     Attributes:
-        scenario: The scenario with its `sources` tables.
         columns: Columns of each source, in the order of the tables, in a matrix of uniform numbers of all sources.
         off: Settings that switch every source off.
     """
@@ -239,11 +231,7 @@ class Sources:
 
 
 def sources_of(scenario: Scenario) -> Sources:
-    """The sources of a scenario.
-
-    Raises:
-        ScenarioError: If it declares none, or the target of one does not exist.
-    """
+    """The sources of a scenario; raises `ScenarioError` if it declares none, or the target of one does not exist."""
     table = scenario.table
     if not table.sources:
         said = "declares no error sources; add [sources.NAME] tables, as nominal.toml has"

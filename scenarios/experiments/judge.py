@@ -39,7 +39,6 @@ class GainVerdict:
         rel_error: (estimate - true) / true.
         z: (estimate - true) / std.
         tolerance: Largest relative error that passes.
-        identifiable: Whether identification gave a gain.
         passed: Whether the gain is within tolerance, or refused if it should not be identifiable.
         reason: Why it was refused, or why it did not pass; None otherwise.
     """

@@ -76,7 +76,6 @@ class Simulated:
     """A simulated trial.
 
     Attributes:
-        trial: The trial.
         setup: Its setup, with drawn values instead of random tables.
         settings: The drawn values, by key path.
         recordings: Recordings of the motions, in order of time.

@@ -237,7 +237,6 @@ class Setup:
 
     Attributes:
         plants: The true plants, by mounting.
-        structure: Identifiable structure of the arm, from its kinematics.
         payloads: The assumed payloads, by mounting.
         experiments: The motions, in order of time; empty if the robot has no motion yet.
         check: One more motion, which is not used for identification; None without a table `cost`.

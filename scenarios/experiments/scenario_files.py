@@ -38,11 +38,6 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in CATALOG.glob("*.toml"))
 
 
-def part_names() -> list[str]:
-    """Names of partial scenarios."""
-    return sorted(path.stem for path in PARTS.glob("*.toml"))
-
-
 def find_scenario(name: str, folder: Path | None = None) -> Path:
     """Return the path of a built-in scenario or of a user's file, relative to the folder of the file that extends it.
 
@@ -51,7 +46,7 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
     """
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
-    if name in part_names():
+    if name in {path.stem for path in PARTS.glob("*.toml")}:
         if folder is None:
             raise WrongValue(f"{name} is a partial scenario; extend it by a file that states the rest")
         return PARTS / f"{name}.toml"

@@ -60,7 +60,6 @@ class Study:
 
     Attributes:
         kind: `monte-carlo`, `sensitivity`, `sweep` or `comparison`.
-        schema: Columns of its rows.
         identity: Identity of the study besides kind and scenario; JSON values.
         rows: Function that makes the rows of a trial, of which there are `rows_per_joint` for each joint.
     """

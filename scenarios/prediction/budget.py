@@ -109,11 +109,7 @@ class Predictor:
         self.other_noise = self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
 
     def noise(self, stream: str) -> Array:
-        """Return mean and standard deviation of the errors from a noise, all other sources off, shape (2, k).
-
-        Raises:
-            ScenarioError: If its spectrum is unknown.
-        """
+        """Return mean and standard deviation of the errors from a noise alone, (2, k); `ScenarioError` if unknown."""
         if stream not in self._variances:
             raise ScenarioError(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
@@ -124,8 +120,7 @@ class Predictor:
         If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
 
         Raises:
-            ScenarioError: If neither is possible; if a number has no mean or standard deviation.
-            ScenarioError: If the draw is not possible.
+            ScenarioError: If neither or the draw is possible; if a number has no mean or standard deviation.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:

@@ -103,7 +103,6 @@ class ArmModel:
     """The bare arm of a plant with its drives, as columns and standard parameters.
 
     Attributes:
-        structure: Its identifiable structure.
         chi: Standard parameters of arm and drives, shape (p,).
         inertial: Standard parameters of links and rotors, others zero, shape (p,).
         bias: Offset of every joint's torque [N m], shape (n,).
@@ -116,11 +115,7 @@ class ArmModel:
 
     @classmethod
     def of(cls, plant: Plant, structure: Structure) -> "ArmModel":
-        """Return the arm of a plant, with the links of its model file as MuJoCo reads them.
-
-        Raises:
-            PlantError: If MuJoCo cannot read the model file.
-        """
+        """Return the arm of a plant with the links of its model file; `PlantError` if MuJoCo cannot read that."""
         robot, drives = plant.robot, plant.drives
         links, own = nominal_links(robot.model, robot.flange).whole, {"Ia": drives.rotor_inertia}
         friction = dict(zip(FRICTION, (drives.viscous_friction, drives.coulomb_friction), strict=True))

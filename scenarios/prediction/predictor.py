@@ -42,7 +42,6 @@ class Expected:
     """The expected log of one motion at a sufficient rate, without random effects.
 
     Attributes:
-        log: The log.
         noises: Models of the noise, with the spectral density at the real rate.
         unknown: Streams of random effects without a known spectrum.
     """
@@ -88,11 +87,7 @@ def enough(setup: Setup) -> int:
 
 
 def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
-    """Return the expected log of each motion, in order of time.
-
-    Raises:
-        PlantError: If a plant cannot be built.
-    """
+    """Return the expected log of each motion, in order of time; raises `PlantError` if a plant cannot be built."""
     rate_hz = setup.scenario.table.experiment.controller.rate_hz / every
     found: list[Expected] = []
     for each, v in zip(setup.experiments, feedforward_currents(setup.experiments, rate_hz), strict=True):
@@ -123,8 +118,6 @@ class Linearised:
     """An estimate and its derivatives.
 
     Attributes:
-        setup: The setup.
-        expected: The expected logs.
         estimate: The estimate, with k solved gains and the influence of each row.
         behind: Derivatives of motion of the rows, motions in order of time.
         places: Index of each motion of the estimate in order of time.

@@ -158,11 +158,7 @@ def write_fit(fit: Fit, folder: Path) -> None:
 
 
 def read_fit(folder: Path) -> Fit:
-    """Read `ROWS`.
-
-    Raises:
-        ScenarioError: If it is missing, or of another version.
-    """
+    """Read `ROWS`; raises `ScenarioError` if it is missing, or of another version."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -134,10 +134,7 @@ def current_plot(log: Recording, joint: int) -> Plot:
 
 
 def how_to_identify(gains: Sequence[ResultGain], allowed: float) -> list[Part]:
-    """Return for each refused joint what data would identify its gain.
-
-    `allowed` is the largest predicted relative standard deviation of a gain that is not refused.
-    """
+    """Return what would identify each refused gain; `allowed` is the largest relative standard deviation of others."""
     parts: list[Part] = []
     for each in gains:
         if each.identifiable:

@@ -160,11 +160,7 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _lines(path: Path, encoding: str | None) -> list[str]:
-    """Return the lines of a text, in its declared encoding, that of its byte order mark, UTF-8, or else Latin-1.
-
-    Raises:
-        RecordingError: If it cannot be read or is not text.
-    """
+    """Return the lines of a text, in its declared encoding, that of its byte order mark, UTF-8, or else Latin-1."""
     place = one_line(path)
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):

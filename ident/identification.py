@@ -189,17 +189,9 @@ def check(
 ) -> Checked:
     """Check recordings of one arm, with the same or different payloads: as `identify`, but faults are reported.
 
-    Args:
-        recordings: The recordings.
-        structure: Identifiable structure of the arm.
-        observing: Filters.
-        gains: Limits for accepting a gain.
-        loaded: Whether each recording has `payload` mounted, None if unknown.
-        payload: The mounted or planned payload, None without one.
-        about: Nominal gains [N m / drive unit], shape (n,), None if unknown.
-        warmths: Temperatures of the recordings that have them.
-        undelay: Whether a common delay of the currents is estimated and compensated.
-        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
+    `loaded` states whether each recording has the mounted or planned `payload`, None if unknown; `about` are nominal
+    gains [N m / drive unit], shape (n,). With `undelay`, a common delay of the currents is estimated and compensated.
+    `links` are the standard parameters of the model's links, shape (n, 10), for a test of the gains.
 
     Raises:
         RecordingError: If the number of joints of a recording is not that of the arm.

@@ -144,14 +144,9 @@ def prepare(
     gains: GainOptions = GAIN_DEFAULTS,
     policy: Policy = DOUBTED,
 ) -> Prepared:
-    """Check, repair and observe the logs of one arm.
+    """Check, repair and observe the logs of one arm, in order of time if known.
 
-    Args:
-        motions: Motions, in order of time if known.
-        robot: The arm, or its structure, whose computation takes a while for many joints.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        policy: Policy for checks and repairs of the logs.
+    The structure of an arm instead of the arm saves its computation, which takes a while for many joints.
 
     Raises:
         RecordingError: If a log is not of this arm; the message states the probable fault.
@@ -253,11 +248,7 @@ def _undelayed(prepared: Prepared) -> Prepared:
 
 
 def raise_for(prepared: Prepared, found: Diagnosed) -> None:
-    """Refuse all logs if one has a fault.
-
-    Raises:
-        Contradiction: If there is a fault; the message states the worst one.
-    """
+    """Refuse all logs if one has a fault; raises `Contradiction`, whose message states the worst one."""
     wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
     if wrong:
         raise Contradiction(refusal_of(wrong))

@@ -310,9 +310,7 @@ MODEL_FILES: dict[str, Callable[[ET.Element, Path, str | None], MinimalModel]] =
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     """Reduce a robot model to its kinematics.
 
-    Args:
-        path: The file.
-        flange: Last body of the arm; joints that do not lead to it are locked. None where all joints are the arm's.
+    Joints that do not lead to the `flange`, the arm's last body, are locked; None where all joints are the arm's.
 
     Raises:
         RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.

@@ -250,12 +250,8 @@ def reduced(
 ) -> tuple[Array, list[Array]]:
     """Decimate the unmasked samples, block by block, so that the full-rate regressor is never stored.
 
-    Args:
-        structure: Structure of the arm, n joints.
-        motion: q, dq, ddq, each of shape (N, n).
-        v: A signal of each joint, shape (N, n).
-        moving: Mask of each joint's samples that are used, shape (N, n).
-        D: Filter.
+    The motion is q, dq, ddq; these, a signal v of each joint, and the mask `moving` of each joint's used samples have
+    the shape (N, n).
 
     Returns:
         The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of its own link: those

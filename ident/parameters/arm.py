@@ -205,11 +205,7 @@ class BareArm:
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
-    """Identify ratios of gains, and the arm in drive units.
-
-    Raises:
-        NotIdentifiable: If no two joints have an identifiable common parameter.
-    """
+    """Identify ratios of gains, and the arm in drive units; `NotIdentifiable` if no two joints share a parameter."""
     ready = setting_of(problem, options, [GivenGain(0, 1.0)])
     given = ready.braked()
     selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std
@@ -227,11 +223,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
 
 
 def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
-    """Identify base parameters in SI and friction in drive units with known gains, from motions with a bare flange.
-
-    Raises:
-        GainsError: If the gains are not of this arm.
-    """
+    """Identify an arm in SI, friction in drive units, from bare motions; `GainsError` if the gains are not of it."""
     return BareArm(gains=gains, ratios=None, selected=with_fixed_gains(problem, options, gains))
 
 

@@ -134,12 +134,9 @@ class FoundPayload:
 
 
 def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
-    """Estimate the parameters of a payload with given gains.
+    """Estimate the parameters of a payload with given gains; a joint without a gain contributes little.
 
-    Args:
-        problem: Bare motions and those of one mounting, with an unknown payload (`known = "none"`).
-        gains: Gains of all or some joints; a joint without a gain contributes little.
-        options: Options of the model, as in the identification of the gains.
+    The problem has bare motions and those of one mounting, with an unknown payload (`known = "none"`).
 
     Raises:
         NotIdentifiable: If no motion is bare or none is loaded, or no parameter of the payload is identifiable.
@@ -180,8 +177,7 @@ def separable(structure: Structure) -> Mask:
 def body_values(chi: Array) -> Array:
     """Return mass, centre, and inertia about it in the order of `INERTIA_KEYS`, shape (10,).
 
-    Args:
-        chi: Standard parameters in the order of `INERTIAL`, real or complex, shape (10,).
+    The standard parameters `chi`, shape (10,), are in the order of `INERTIAL`, real or complex.
     """
     XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = chi
     x, y, z = MX / M, MY / M, MZ / M

@@ -310,13 +310,9 @@ class GainsOutcome:
 
 
 def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options: object) -> GainsOutcome:
-    """Estimate payload and arm with given gains.
+    """Estimate payload and arm with given gains, from bare motions and those of one mounting with an unknown payload.
 
-    Args:
-        problem: Bare motions and those of one mounting, with an unknown payload.
-        weight: The specified payload; its known shape is used for single joints.
-        gains: Gains of all or some joints.
-        options: Options of the method of the gains; for methods other than `nls`, `PLAIN` is used.
+    The known shape of `weight` is used for single joints; for options of methods other than `nls`, `PLAIN` is used.
 
     Raises:
         NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.

@@ -152,11 +152,7 @@ def _matrix(inertia: Sequence[float] | Array) -> Array:
 
 
 def read_payload(path: str | Path) -> Payload:
-    """Read a payload from a TOML file.
-
-    Raises:
-        PayloadError: If the file is missing or not TOML, or as `payload_from_table`.
-    """
+    """Read a payload from a TOML file; raises `PayloadError` if it is missing, not TOML, or not a payload."""
     table = read_toml(Path(path), error=PayloadError)
     try:
         return payload_from_table(table)

@@ -216,11 +216,7 @@ def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulat
 
 
 def identified(simulated: Simulated) -> Run:
-    """Identify and judge a simulated trial.
-
-    Raises:
-        IdentificationError: If no gain can be identified.
-    """
+    """Identify and judge a simulated trial; raises `IdentificationError` if no gain can be identified."""
     setup, started = simulated.setup, time.perf_counter()
     table = setup.scenario.table
     chosen = table.identification

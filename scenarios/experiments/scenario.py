@@ -114,11 +114,7 @@ def robot_of(scenario: Scenario) -> Robot:
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """Return the assumed payloads with specified standard deviations, by mounting.
-
-    Raises:
-        ScenarioError: If a payload is impossible.
-    """
+    """Return the assumed payloads, with standard deviations, by mounting; `ScenarioError` for an impossible one."""
     belief, found = scenario.table.belief, dict[str, Payload]()
     for key, stated in by_mounting(belief.payload, belief.payloads).items():
         try:

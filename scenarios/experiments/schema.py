@@ -327,11 +327,7 @@ def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
 
 
 def check(table: ScenarioTable, path: str) -> None:
-    """Check that every array has one entry per joint, and that gains, couplings, method and options are possible.
-
-    Raises:
-        WrongValue: If one is not (the first one).
-    """
+    """Check numbers per joint, gains, couplings, method and options; raises `WrongValue` for the first wrong one."""
     for fault in _faults(table):
         raise WrongValue(f"{path}: {fault}")
 

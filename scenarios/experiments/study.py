@@ -92,12 +92,9 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 
 
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
-    """Return the study of all combinations; the first key varies slowest, seeds fastest. Swept values are not drawn.
+    """Return the study of all combinations of values, by key path or its end, with each seed; n means 0 to n - 1.
 
-    Args:
-        scenario: The scenario to be repeated.
-        values: Values by key path or its end.
-        seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
+    The first key varies slowest, seeds fastest. Swept values are not drawn.
 
     Raises:
         ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or a draw is not possible.

@@ -166,9 +166,8 @@ class ControlPeriods:
 def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
     """Check that only MuJoCo acts within and between control periods, of which each has so many physics steps.
 
-    Raises:
-        PlantError: If the controller integrates, the period is not one physics step, or a model error or sensor acts in
-            every control period.
+    Raises `PlantError` if the controller integrates, the period is not one physics step, or a model error or sensor
+    acts in every control period.
     """
     options, stated = experiment.controller, f'{experiment.name}: controller.law = "native"'
     if options.integral_hz:

@@ -57,8 +57,7 @@ class Experiment:
 def substeps(experiment: Experiment) -> int:
     """Return the number of physics steps per control period, and check the size of the experiment.
 
-    Raises:
-        PlantError: If the step does not divide the period, or the motion has too many steps or samples.
+    Raises `PlantError` if the step does not divide the period, or the motion has too many steps or samples.
     """
     rate, step, duration = experiment.controller.rate_hz, experiment.step, experiment.trajectory.duration
     name, n = experiment.name, experiment.plant.robot.n
@@ -109,10 +108,8 @@ def warmth_before(
 ) -> Array | SimulationError | None:
     """Return the temperature rise at the start of motion i [K], shape (n,); None if cold or without effect.
 
-    Experiments are in order of time for each robot; `ended` has the final rise of the earlier ones, or their errors.
-
-    Raises:
-        PlantError: If the preceding motion is missing.
+    Experiments are in order of time for each robot; `ended` has the final rise of the earlier ones, or their
+    errors. Raises `PlantError` if the preceding motion is missing.
     """
     experiment = experiments[i]
     if not is_carried(experiment) or not experiment.earlier:

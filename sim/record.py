@@ -40,10 +40,8 @@ def record(
     """Run experiments; those of equal duration, rate and step on plants of one layout share a batch.
 
     A recording depends only on its own noise stream, neither on the batch nor on threads. `advanced` receives the
-    simulated time, without warm-ups.
-
-    Raises:
-        SimulationError: If a run could not be built, diverged, saturated or reached a limit (the first one).
+    simulated time, without warm-ups. Raises `SimulationError` if a run could not be built, diverged, saturated or
+    reached a limit (the first one).
     """
     found = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
     recordings = list[Recording]()

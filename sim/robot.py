@@ -250,8 +250,7 @@ class RobotTable(Table):
 def read_robot(path: Path) -> Robot:
     """Read a robot file, to which the path of its model is relative.
 
-    Raises:
-        PlantError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
+    Raises `PlantError` if it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
         table = validated_table(RobotTable, read_toml(path, error=ValueError), str(path), ValueError)

@@ -108,8 +108,7 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
 def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
-    Raises:
-        RobotModelError: If the file is missing, of an unknown kind or unreadable.
+    Raises `RobotModelError` if the file is missing, of an unknown kind or unreadable.
     """
     minimal = minimal_model(Path(path), flange)
     import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
@@ -311,9 +310,7 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     """Reduce a robot model to its kinematics.
 
     Joints that do not lead to the `flange`, the arm's last body, are locked; None where all joints are the arm's.
-
-    Raises:
-        RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
+    Raises `RobotModelError` if the file is missing, of an unknown kind, unreadable, or not valid.
     """
     check_ending(path)
     root = read_xml(path)

@@ -236,9 +236,7 @@ def with_fixed_gains(problem: Problem, options: AllJointsOptions, gains: KnownGa
 def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
     """Identify the arm with given gains, from the bare motions of a problem, with viscous and Coulomb friction.
 
-    Raises:
-        NotIdentifiable: If no motion is bare.
-        GainsError: If the gains are not of this arm.
+    Raises `NotIdentifiable` if no motion is bare, `GainsError` if the gains are not of this arm.
     """
     bare = replace(problem, motions=tuple(motion for motion in problem.motions if motion.payload is None))
     if not bare.motions:
@@ -283,10 +281,8 @@ def forecast_gains(
     """Return the expected relative standard deviation of every gain, or why there is none, with a planned payload.
 
     All stated parameters of the payload affect the currents, `known` ones are used; `in_si` is the arm with known
-    gains, `ratios` are those from the bare motions of `problem`, which would be repeated.
-
-    Raises:
-        NotIdentifiable: If no parameter of the payload is known, or it puts no torque on any joint.
+    gains, `ratios` are those from the bare motions of `problem`, which would be repeated. Raises `NotIdentifiable`
+    if no parameter of the payload is known, or it puts no torque on any joint.
     """
     if payload.known == "none":
         raise NotIdentifiable(

@@ -97,10 +97,7 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     """Compare a payload estimated with gains with its weighed mass; its known shape is used for single joints.
 
     The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
-
-    Raises:
-        PayloadError: If the payload's mass is not known.
-        NotIdentifiable: If the mass is not identifiable.
+    Raises `PayloadError` if the payload's mass is not known, `NotIdentifiable` if the mass is not identifiable.
     """
     if payload.known == "none":
         raise PayloadError("payload: known = 'none', but a verification needs its mass; weigh it, known = 'mass'")

@@ -163,10 +163,8 @@ def read_payload(path: str | Path) -> Payload:
 def payload_from_table(table: Mapping[str, object]) -> Payload:
     """Build a payload from a parsed TOML table.
 
-    Omitted products of inertia (and their standard deviations) are 0.
-
-    Raises:
-        PayloadError: If a key is unknown or missing, or a type wrong, or as `Payload`.
+    Omitted products of inertia (and their standard deviations) are 0. Raises `PayloadError` if a key is unknown or
+    missing, or a type wrong, or as `Payload`.
     """
     _check_keys(table, KEYS, "")
     if "mass" not in table:

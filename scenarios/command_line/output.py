@@ -115,8 +115,7 @@ class Claim:
     def writing(self) -> Generator[None]:
         """Create the folder, and record the written files, also if the command is interrupted.
 
-        Raises:
-            ScenarioError: If the folder cannot be created, or a file or the record cannot be written.
+        Raises `ScenarioError` if the folder cannot be created, or a file or the record cannot be written.
         """
         make_folder(self.folder)
         try:

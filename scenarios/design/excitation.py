@@ -72,8 +72,7 @@ class Limits:
     def of(cls, plant: Plant) -> "Limits":
         """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
 
-        Raises:
-            PlantError: If a prismatic joint has no range.
+        Raises `PlantError` if a prismatic joint has no range.
         """
         robot, drives = plant.robot, plant.drives
         arm = load_arm(robot.model, flange=robot.flange)
@@ -243,10 +242,8 @@ class Design:
     def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
         """Return the motion, scaled by the first of `SIZES` that meets all limits on a fine grid.
 
-        It is scaled about its centre, or about the middle one of its positions that can be held if the centre cannot.
-
-        Raises:
-            TrajectoryError: If no factor is enough.
+        It is scaled about its centre, or about the middle one of its positions that can be held if the centre
+        cannot. Raises `TrajectoryError` if no factor is enough.
         """
         center, about = trajectory.center, trajectory.center
         if self.at_rest(center[None])[0] > 0.0:

@@ -110,12 +110,9 @@ def found_motion(
 ) -> tuple[FourierTrajectory, NewRobotResult]:
     """Find a motion that identifies the gains of a new robot, for the files in a folder.
 
-    `search` returns successively better motions of a search, numbered from 0, the best last; `advice` is what to try if
-    none is found.
-
-    Raises:
-        TrajectoryError: If none is found.
-        PlantError: If the payload that the arm can carry identifies no gain.
+    `search` returns successively better motions of a search, numbered from 0, the best last; `advice` is what to
+    try if none is found. Raises `TrajectoryError` if none is found, `PlantError` if the payload that the arm can
+    carry identifies no gain.
     """
     design, arm, payload = new.design(), new.arm, new.payload
     series = Series.harmonic(design.limits, HARMONICS, DURATION, TIMES)

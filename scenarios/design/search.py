@@ -65,10 +65,8 @@ class Searched(ResultModel):
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     """Return initial centres of motions, shape (k, n): home, if it is feasible at rest, else random feasible positions.
 
-    `home` is that of the robot's file [rad or m], shape (n,).
-
-    Raises:
-        TrajectoryError: If there are none, of the kind `NO_POSITION`.
+    `home` is that of the robot's file [rad or m], shape (n,). Raises `TrajectoryError` if there are none, of the
+    kind `NO_POSITION`.
     """
     if design.at_rest(home[None])[0] == 0.0:
         return home[None]
@@ -139,11 +137,9 @@ def _prepared(stated: bytes) -> tuple[Design, Series]:
 def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:
     """Return the motion of a search with the lowest cost after it is scaled to the limits.
 
-    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has at
-    least one motion, successively better ones, the best last.
-
-    Raises:
-        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best.
+    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has
+    at least one motion, successively better ones, the best last. Raises `TrajectoryError` if none can be scaled to
+    the limits; the message states the violation of the best.
     """
     best, least, reason, tried = None, np.inf, "", -np.inf
     for found in reversed(kept):

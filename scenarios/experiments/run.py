@@ -142,12 +142,8 @@ class Run(Simulated):
 def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
-    The same seed gives the same bytes.
-
-    Raises:
-        ScenarioError: If a random setting cannot be drawn or is not valid.
-        SimulationError: If a motion cannot be carried out.
-        IdentificationError: If no gain can be identified.
+    The same seed gives the same bytes. Raises `ScenarioError` if a random setting cannot be drawn or is not valid
+    and `SimulationError` if a motion cannot be carried out and `IdentificationError` if no gain can be identified.
     """
     # One thread: a pair steps in some 30 microseconds, less than the overhead of a second thread.
     with threadpool_limits(1):

@@ -41,8 +41,7 @@ def builtin_names() -> list[str]:
 def find_scenario(name: str, folder: Path | None = None) -> Path:
     """Return the path of a built-in scenario or of a user's file, relative to the folder of the file that extends it.
 
-    Raises:
-        ScenarioError: If it does not exist; the message names the nearest built-in one.
+    Raises `ScenarioError` if it does not exist; the message names the nearest built-in one.
     """
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
@@ -67,11 +66,9 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
     """Read a scenario merged with the scenarios that it extends.
 
-    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative to
-    a folder, by default the working folder; `below` are files already being read, to detect circles.
-
-    Raises:
-        ScenarioError: If a file is missing or not TOML, or `extends` is circular.
+    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative
+    to a folder, by default the working folder; `below` are files already being read, to detect circles. Raises
+    `ScenarioError` if a file is missing or not TOML, or `extends` is circular.
     """
     path = find_scenario(name, folder)
     if path in below:

@@ -100,10 +100,8 @@ def bare_result(
     """Return the results of motions with a bare flange, and the filters with the compensated delay.
 
     With `known` gains, parameters are also in SI; with a planned `payload` too, the gains that it would give.
-
-    Raises:
-        IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no
-            ratio; if the gains are not of this arm; if no parameter of the payload is known.
+    Raises `IdentificationError` if the recordings are not of this arm, differ in the scale of currents, or
+    determine no ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
     prepared, diagnosed = _prepared(motions, robot.structure, observing, gains, policy)
     found = gain_ratios(prepared.problem, options)

@@ -85,11 +85,8 @@ def joint_values(
 ) -> dict[str, JointValues]:
     """Return the identified values of every joint by its name, of those with a relative deviation of at most `most`.
 
-    `nominal` are the data-sheet gains on which the efforts in the model are based.
-
-    Raises:
-        GainsError: If gains are not of this arm.
-        ScenarioError: If the bare motions are not.
+    `nominal` are the data-sheet gains on which the efforts in the model are based. Raises `GainsError` if gains are
+    not of this arm, `ScenarioError` if the bare motions are not.
     """
     arm = structure.arm
     for file in (gains, nominal):
@@ -192,9 +189,8 @@ def unstated_parameters(
 def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
     """Return links whose centre of mass is in the frame of the body in the model file; `nominal` are those of the file.
 
-    Raises:
-        ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
-            contradict the data.
+    Raises `ScenarioError` if there are no physically consistent links, or they are of other gains or another model,
+    or contradict the data.
     """
     found = None if bare is None else bare.consistent
     if bare is None or found is None:
@@ -298,12 +294,10 @@ def predicted_by_models(
 ) -> Unseen:
     """Return the predictions of a motion by the copy of a model and by another one.
 
-    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these. `bare`
-    has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of their fit.
-
-    Raises:
-        ScenarioError: If the motion was used for the gains.
-        PlantError: If MuJoCo cannot read the masses of either model.
+    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these.
+    `bare` has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of
+    their fit. Raises `ScenarioError` if the motion was used for the gains, `PlantError` if MuJoCo cannot read the
+    masses of either model.
     """
     check_unseen(gains, [], [log.recording])
     observing, limits = options_of(ObserveOptions, gains.options.observe), options_of(GainOptions, gains.options.gains)

@@ -99,11 +99,8 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 def expected_preparation(setup: Setup, every: int) -> Prepared:
     """Return the expected logs as prepared for identification, each with one realisation of its noise.
 
-    Methods that weight rows or select a model by the residual need the noise.
-
-    Raises:
-        RecordingError: If one cannot be filtered.
-        PlantError: If a plant cannot be built.
+    Methods that weight rows or select a model by the residual need the noise. Raises `RecordingError` if one cannot
+    be filtered, `PlantError` if a plant cannot be built.
     """
     rng = np.random.default_rng(NOISE_SEED)
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
@@ -135,9 +132,7 @@ class Linearised:
     def of(cls, setup: Setup, every: int) -> "Linearised":
         """Estimate the gains of a prepared scenario from its expected logs.
 
-        Raises:
-            IdentificationError: If there is no gain to identify.
-            PlantError: If a plant cannot be built.
+        Raises `IdentificationError` if there is no gain to identify, `PlantError` if a plant cannot be built.
         """
         chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
         expected = expected_preparation(setup, every)

@@ -191,8 +191,7 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
 def read_json(path: Path) -> object:
     """Parse a JSON file.
 
-    Raises:
-        ScenarioError: If it cannot be read, is too large, or is not JSON; the message says where.
+    Raises `ScenarioError` if it cannot be read, is too large, or is not JSON; the message says where.
     """
     content, place = read_bytes(path, most_bytes=LARGEST, error=ScenarioError), one_line(path)
     try:

@@ -45,9 +45,8 @@ _QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 def open_csv(path: Path, description: LogDescription) -> Table:
     """Find header, separator and decimal sign of a text, unless declared.
 
-    Raises:
-        RecordingError: If the file is not text, or has no header; `load` names line and column of a cell that is not a
-            number.
+    Raises `RecordingError` if the file is not text, or has no header; `load` names line and column of a cell that
+    is not a number.
     """
     stated, place = description.text, one_line(path)
     lines = _lines(path, stated.encoding)

@@ -67,10 +67,8 @@ class Examined:
     """One log.
 
     Attributes:
-        recording: The original recording.
         repaired: Its parts, with unambiguous repairs.
         longest: The longest part, with the name of the log.
-        repairs: Diagnoses of the repairs.
         diagnoses: Results of the checks of its samples, by name of the check.
         parts: Prepared parts; empty if the log cannot be filtered.
         unfit: Why the log cannot be filtered, None if it can.
@@ -103,10 +101,7 @@ class Prepared:
     Attributes:
         motions: Repaired motions, with the parts of a log between gaps in sequence.
         parts: The motions with their invalid samples and linear systems.
-        problem: Linear systems with payloads.
         observing: Filters and thresholds, with the delay that was corrected.
-        diagnoses: Diagnoses of samples and repairs.
-        remarks: Remarks on automatic choices.
         examined: All logs, also those that cannot be filtered.
         delay: Diagnosis of a common delay of the currents, None if it was not estimated.
     """

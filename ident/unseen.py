@@ -152,7 +152,6 @@ class UsedModel:
     """Model that predicts currents.
 
     Attributes:
-        gains: Gains of some joints or all.
         base: Base parameters of the arm, including friction, shape (b,).
         covariance: Covariance of `base` from the residuals, shape (b, b); zero if unknown.
         fits: Cross-validation of the fitted motions, by joint from 0; empty for a model file.

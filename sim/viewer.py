@@ -85,7 +85,6 @@ class Scene:
 
     Attributes:
         places: Indices of each arm's joint positions in the state, one array (n,) per experiment.
-        duration: Duration of the longest motion [s].
         times: Times for which the scene is laid out [s].
         azimuth: Direction in which the camera looks, about the vertical from x [deg].
     """

@@ -89,7 +89,6 @@ class FoundPayload:
         value: Their values [kg m^2, kg m, kg], shape (k,).
         shares: Their covariance.
         refused: Reasons why the others have no value, by name.
-        selected: The model, and its fit.
     """
 
     place: Indices

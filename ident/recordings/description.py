@@ -54,7 +54,6 @@ class Meaning:
     """A quantity of v.
 
     Attributes:
-        words: Description.
         units: Allowed units, with their factors to the unit of the recording.
         unit: Unit of v in the recording.
         note: Meaning of gains, if not N m per ampere.

@@ -61,7 +61,6 @@ class Method:
     """A method of a comparison.
 
     Attributes:
-        text: Text that names the method.
         words: The command without its last argument, the problem's folder.
         digests: Digest of each known file of the method, and version of each package that it imports (without those of
             every study), by name. With another digest or version the method is a different one.

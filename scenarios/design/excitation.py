@@ -52,14 +52,9 @@ def finite(value: float) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """Bounds of a motion; arrays have shape (n,), in rad or m, infinite if unbounded.
+    """Bounds of a motion, infinite if unbounded; arrays have shape (n,), units rad or m, s, and N m or N.
 
-    Attributes:
-        lower: Positions [rad].
-        upper: Positions [rad].
-        velocity: [rad/s].
-        acceleration: [rad/s^2].
-        torque: Joint torque at the current limit [N m].
+    The torque is that of a joint at its current limit.
     """
 
     lower: Array

@@ -126,8 +126,6 @@ class NewRobot:
         flange: Last body of the arm, None if all joints belong to it.
         rated_load: [kg], None if not stated.
         drives: Values by table of a robot file's `[drives]`.
-        payload: The first payload, complete.
-        home: Start pose of the search for a motion.
     """
 
     name: str

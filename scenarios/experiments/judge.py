@@ -139,7 +139,6 @@ class CostVerdict:
 
     Attributes:
         true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
-        arm: Errors of the arm's parameters.
         torque_a_priori, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
             drive torque, by joint from 0, with either gains; joints without a gain are omitted.
         tolerance: Largest relative error of the mass that passes, with the identified gains.

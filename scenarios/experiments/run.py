@@ -42,7 +42,6 @@ class Trial:
         seed: Seed of its noise, and of its random settings unless `settings` are given.
         settings: Values by key path; None to draw the random values of the scenario.
         streams: Seeds of single noise streams, by name, which replace those that follow from `seed`.
-        labels: Labels that a study writes into every row.
         cost: Whether the effect of the controller's gains is estimated too, if the scenario has a table `cost`.
     """
 

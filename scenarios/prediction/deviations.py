@@ -45,7 +45,6 @@ class Carried:
 
     Attributes:
         chi: Its standard parameters, in the order of `INERTIAL`, shape (10,).
-        known: Known parameters.
     """
 
     chi: Array
@@ -135,12 +134,7 @@ class ArmModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Deviations:
-    """Predicted relative standard deviations of the gains, each of shape (n,).
-
-    Attributes:
-        noise: Contribution of the residual.
-        payload: Contribution of the specified standard deviations of the payload's known parameters.
-    """
+    """Predicted relative standard deviations of the gains, each of shape (n,)."""
 
     noise: Array
     payload: Array

@@ -189,27 +189,16 @@ def check(
 ) -> Checked:
     """Check recordings of one arm, with the same or different payloads: as `identify`, but faults are reported.
 
-    Args:
-        recordings: The recordings.
-        structure: Identifiable structure of the arm.
-        observing: Filters.
-        gains: Limits for accepting a gain.
-        loaded: Whether each recording has `payload` mounted, None if unknown.
-        payload: The mounted or planned payload, None without one.
-        about: Nominal gains [N m / drive unit], shape (n,), None if unknown.
-        warmths: Temperatures of the recordings that have them.
-        undelay: Whether a common delay of the currents is estimated and compensated.
-        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
-
-    Raises:
-        RecordingError: If the number of joints of a recording is not that of the arm.
+    `loaded` states whether each recording has the mounted or planned `payload`, None if unknown; `about` are
+    nominal gains [N m / drive unit], shape (n,). With `undelay`, a common delay of the currents is estimated and
+    compensated. `links` are the standard parameters of the model's links, shape (n, 10), for a test of the gains.
+    Raises `RecordingError` if the number of joints of a recording is not that of the arm.
     """
-    mounted = loaded or (False,) * len(recordings)
+    mounted, policy = loaded or (False,) * len(recordings), replace(REPORTED, undelay=undelay)
     motions = [
         Motion(each, payload if carries else None if k == 0 else Payload(mass=1.0, known="none"))
         for k, (each, carries) in enumerate(zip(recordings, mounted, strict=True))
     ]
-    policy = replace(REPORTED, undelay=undelay)
     prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     logs = tuple(
         (each.recording.name, () if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing))
@@ -258,11 +247,7 @@ def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:
-    """Return the estimate without gains that a fault invalidates.
-
-    Raises:
-        Contradiction: If no gain is left.
-    """
+    """Return the estimate without gains that a fault invalidates; raises `Contradiction` if none is left."""
     joints = list(estimate.joints)
     wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
     for each in reversed(wrong):  # the worst diagnosis determines the reason

@@ -67,10 +67,8 @@ class Examined:
     """One log.
 
     Attributes:
-        recording: The original recording.
         repaired: Its parts, with unambiguous repairs.
         longest: The longest part, with the name of the log.
-        repairs: Diagnoses of the repairs.
         diagnoses: Results of the checks of its samples, by name of the check.
         parts: Prepared parts; empty if the log cannot be filtered.
         unfit: Why the log cannot be filtered, None if it can.
@@ -103,11 +101,7 @@ class Prepared:
     Attributes:
         motions: Repaired motions, with the parts of a log between gaps in sequence.
         parts: The motions with their invalid samples and linear systems.
-        problem: Linear systems with payloads.
         observing: Filters and thresholds, with the delay that was corrected.
-        policy: Policy for checks and repairs.
-        diagnoses: Diagnoses of samples and repairs.
-        remarks: Remarks on automatic choices.
         examined: All logs, also those that cannot be filtered.
         delay: Diagnosis of a common delay of the currents, None if it was not estimated.
     """
@@ -145,14 +139,9 @@ def prepare(
     gains: GainOptions = GAIN_DEFAULTS,
     policy: Policy = DOUBTED,
 ) -> Prepared:
-    """Check, repair and observe the logs of one arm.
+    """Check, repair and observe the logs of one arm, in order of time if known.
 
-    Args:
-        motions: Motions, in order of time if known.
-        robot: The arm, or its structure, whose computation takes a while for many joints.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        policy: Policy for checks and repairs of the logs.
+    The structure of an arm instead of the arm saves its computation, which takes a while for many joints.
 
     Raises:
         RecordingError: If a log is not of this arm; the message states the probable fault.
@@ -254,11 +243,7 @@ def _undelayed(prepared: Prepared) -> Prepared:
 
 
 def raise_for(prepared: Prepared, found: Diagnosed) -> None:
-    """Refuse all logs if one has a fault.
-
-    Raises:
-        Contradiction: If there is a fault; the message states the worst one.
-    """
+    """Refuse all logs if one has a fault; raises `Contradiction`, whose message states the worst one."""
     wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
     if wrong:
         raise Contradiction(refusal_of(wrong))

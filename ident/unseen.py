@@ -152,7 +152,6 @@ class UsedModel:
     """Model that predicts currents.
 
     Attributes:
-        gains: Gains of some joints or all.
         base: Base parameters of the arm, including friction, shape (b,).
         covariance: Covariance of `base` from the residuals, shape (b, b); zero if unknown.
         fits: Cross-validation of the fitted motions, by joint from 0; empty for a model file.
@@ -183,11 +182,7 @@ def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains
 def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: KnownGains | None = None) -> Unseen:
     """Predict a motion with given gains and the arm identified with them, and in the same way with other gains.
 
-    Args:
-        gains: The gains.
-        prepared: The motions used for the gains or the arm.
-        log: The motion, with its payload if there is one.
-        other: Gains for comparison, such as data-sheet gains.
+    `prepared` are the motions used for the gains or the arm.
 
     Raises:
         IdentificationError: If the motion is one of those, has a fault or cannot be observed; if no motion was bare.
@@ -214,13 +209,7 @@ def unseen_motion(
 ) -> UnseenMotion:
     """Check and observe a motion in the same way as those used for the gains.
 
-    Args:
-        log: The motion.
-        seen: Motions used in the fit; the bare ones help to test this one.
-        structure: Identifiable structure of the arm.
-        observing: Filters, with the delay that was corrected.
-        gains: Options of the identification.
-        policy: Policy for checks and repairs of the log.
+    The bare ones of the motions `seen` in the fit help to test this one; `observing` has the delay that was corrected.
 
     Raises:
         PayloadError: If mass or centre of its payload is unknown.
@@ -253,15 +242,9 @@ def unseen_motion(
 
 
 def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = None) -> Unseen:
-    """Predict the currents of a motion, and compare with other gains.
+    """Predict the currents of a motion, and compare with another model, if there is one.
 
-    Args:
-        unseen: The motion.
-        found: The model that predicts it.
-        other: The model for comparison, None if there is none.
-
-    Raises:
-        GainsError: If no joint has a gain in both.
+    Raises `GainsError` if no joint has a gain in both.
     """
     system, payload, fits = Columns.of(unseen.parts), unseen.log.payload, found.fits
 

@@ -68,15 +68,9 @@ def closed_loop(
     *,
     advanced: Advanced = no_progress,
 ) -> LoopLog:
-    """Run B simulations to the end of their motions with the filtered law.
+    """Run B simulations, at rest at the start of their motions, to the end with the filtered law.
 
-    Args:
-        engine: The simulations, at rest at the start of their motions.
-        controllers: One per simulation, of equal length and period.
-        limits: Current limits [drive units], shape (B, n).
-        sensors: One per simulation.
-        streams: Random numbers of the sensors, one per simulation.
-        advanced: Called after every chunk.
+    Controllers are of equal length and period; limits of the currents [drive units] have the shape (B, n).
     """
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
     log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
@@ -172,9 +166,8 @@ class ControlPeriods:
 def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
     """Check that only MuJoCo acts within and between control periods, of which each has so many physics steps.
 
-    Raises:
-        PlantError: If the controller integrates, the period is not one physics step, or a model error or sensor acts in
-            every control period.
+    Raises `PlantError` if the controller integrates, the period is not one physics step, or a model error or sensor
+    acts in every control period.
     """
     options, stated = experiment.controller, f'{experiment.name}: controller.law = "native"'
     if options.integral_hz:

@@ -63,7 +63,6 @@ class ControllerBelief:
     """The controller's model of the arm, which may differ from the plant.
 
     Attributes:
-        mjcf: Model file of the bare arm.
         gain: Drive gains by which the controller divides [N m / drive unit], one per joint, none zero.
         rotor_inertia: Ia [kg m^2], one per joint.
         flange: Last body of the arm, None if all joints belong to the arm.
@@ -118,10 +117,8 @@ class Controller:
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
     """Tune a controller on the inertia of its model of the bare arm along a reference motion.
 
-    A motion that several batches share (the same object) is tabulated once; the tables are read-only.
-
-    Raises:
-        PlantError: If the model of the arm cannot be compiled or does not match.
+    A motion that several batches share (the same object) is tabulated once; the tables are read-only. Raises
+    `PlantError` if the model of the arm cannot be compiled or does not match.
     """
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 

@@ -16,7 +16,7 @@ from mujoco.batch import Batch
 
 from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
-from sim.effects.effect import Build, ControlStep, each_drive
+from sim.effects.effect import Build, ControlStep, drives_of
 from sim.effects.transmissions import coupling_tendons
 from sim.plant import Plant
 
@@ -29,8 +29,6 @@ class Varied:
     """A simulation with effects that act in every control period.
 
     Attributes:
-        errors: Their values.
-        build: The plant of its model.
         constant: Dry friction without these effects: joints, then coupled motors [N m], shape (n + c,).
         damping: Viscous friction without these effects [N m s/rad], shape (n + c,).
         inertia: Rotor inertias [kg m^2], shape (n + c,).
@@ -97,7 +95,7 @@ class Varying:
             np.stack([getattr(m, name) for m in members])
             for name in ("constant", "damping", "inertia", "turns", "warmth")
         )
-        self._drive = each_drive(builds, "gain", "amplifier_offset", "coulomb_asymmetry")
+        self._drives = drives_of(builds)
         self._period = period
         self._written = [_friction_fields(model) for model in models]
         self._before: ControlStep | None = None
@@ -135,9 +133,9 @@ class Varying:
         before = self._before
         if before is None:
             return np.zeros_like(ddq)
-        gain, offset, asymmetry = self._drive
+        own = self._drives
         spun = self._inertia * (self._turns @ ddq[:, :, None])[:, :, 0] + before.damping * before.speed
-        motors = gain * (before.v - offset) - asymmetry + before.torque + rubbing
+        motors = own["gain"] * (before.v - own["amplifier_offset"]) - own["coulomb_asymmetry"] + before.torque + rubbing
         return motors - (self._turns.transpose(0, 2, 1) @ spun[:, :, None])[:, :, 0]
 
 
@@ -174,12 +172,9 @@ class Engine:
     """
 
     def __init__(self, simulations: Sequence[Simulation], *, substeps: int, threads: int) -> None:
-        """Put every simulation at rest at its start.
+        """Put every simulation at rest at its start; one with varying effects has its own model.
 
-        Args:
-            simulations: Models of one layout; a simulation with varying effects has its own model.
-            substeps: Physics steps of one `advance`.
-            threads: Threads to step with; results do not depend on it.
+        An `advance` has `substeps` physics steps. Results do not depend on the threads.
         """
         self._models = [s.model for s in simulations]
         self._batch = Batch(self._models[0], len(self._models), nthread=threads)
@@ -220,15 +215,10 @@ class Engine:
         self._batch.step(nstep=self._substeps)
 
     def roll_out(self, controls: Array) -> tuple[Array, Array]:
-        """Step every simulation once for each of its controls, where nothing varies.
+        """Step every simulation once for each of its contiguous controls, shape (B, N, n), where nothing varies.
 
-        A simulation with a MuJoCo warning is not stepped further, and is reported as unstable.
-
-        Args:
-            controls: Controls of every physics step, contiguous, shape (B, N, n).
-
-        Returns:
-            Positions [rad] and speeds [rad/s] of the driven joints after every step, each (B, N, n).
+        A simulation with a MuJoCo warning is not stepped further, and is reported as unstable. Returned are positions
+        [rad] and speeds [rad/s] of the driven joints after every step, each (B, N, n).
         """
         n = controls.shape[2]
         self._fatal = list(range(self._batch.warning.shape[1]))

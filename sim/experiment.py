@@ -34,13 +34,7 @@ class Experiment:
     """One motion of one plant.
 
     Attributes:
-        name: For messages and the recording.
-        plant: The truth.
         loaded: Whether the plant's payload is mounted.
-        trajectory: Reference motion.
-        belief: The controller's model of the arm.
-        controller: Its tuning.
-        sensors: Noise and timing.
         step: Physics step [s]; the control period is a multiple of it.
         earlier: Number of earlier motions of the robot; friction may drift between motions, and drives stay warm.
         warm_up: Duration for which the motion was repeated with a bare flange before the first motion [s].
@@ -63,8 +57,7 @@ class Experiment:
 def substeps(experiment: Experiment) -> int:
     """Return the number of physics steps per control period, and check the size of the experiment.
 
-    Raises:
-        PlantError: If the step does not divide the period, or the motion has too many steps or samples.
+    Raises `PlantError` if the step does not divide the period, or the motion has too many steps or samples.
     """
     rate, step, duration = experiment.controller.rate_hz, experiment.step, experiment.trajectory.duration
     name, n = experiment.name, experiment.plant.robot.n
@@ -113,15 +106,10 @@ def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
 def warmth_before(
     experiments: Sequence[Experiment], i: int, ended: Mapping[int, Array | SimulationError]
 ) -> Array | SimulationError | None:
-    """Return the temperature rise at the start of a motion [K], shape (n,); None if cold or without effect.
+    """Return the temperature rise at the start of motion i [K], shape (n,); None if cold or without effect.
 
-    Args:
-        experiments: In order of time for each robot.
-        i: The motion.
-        ended: Final temperature rise of the earlier motions, or their errors.
-
-    Raises:
-        PlantError: If the preceding motion is missing.
+    Experiments are in order of time for each robot; `ended` has the final rise of the earlier ones, or their
+    errors. Raises `PlantError` if the preceding motion is missing.
     """
     experiment = experiments[i]
     if not is_carried(experiment) or not experiment.earlier:

@@ -81,10 +81,8 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
     """Return the currents that the motions of experiments need [drive units], each (N, n), at the times of `states_of`.
 
     Experiments are in order of time for each robot, as for `sim.record.record`; controller and sensors are ignored.
-
-    Raises:
-        PlantError: If a plant cannot be compiled, a motion passes through backlash, friction is not below the torque of
-            a drive, or drives warm up and the preceding motion is missing.
+    Raises `PlantError` if a plant cannot be compiled, a motion passes through backlash, friction is not below the
+    torque of a drive, or drives warm up and the preceding motion is missing.
     """
     found, ended = list[Array](), dict[int, Array | SimulationError]()
     for i, experiment in enumerate(experiments):
@@ -104,9 +102,7 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
 def check_torque_limits(experiments: Sequence[Experiment]) -> None:
     """Check that no drive of an arm without model errors is at its current limit for too long.
 
-    Raises:
-        TrajectoryError: If a drive is.
-        PlantError: If a plant cannot be compiled.
+    Raises `TrajectoryError` if a drive is, `PlantError` if a plant cannot be compiled.
     """
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
     for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):

@@ -64,9 +64,7 @@ def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
 def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
     """Return a copy of the arm without visual elements, or with them if inertia is computed from shapes.
 
-    Raises:
-        ValueError: If MuJoCo cannot read it.
-        PlantError: If the model is not an arm.
+    Raises `ValueError` if MuJoCo cannot read it, `PlantError` if the model is not an arm.
     """
     return _lean(path, flange, file_stamp(path)).copy()
 
@@ -135,10 +133,8 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
 def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
     """Reduce a model in place to the joints of an arm, each with a name, without drives and constraints.
 
-    Joints outside the chain to a flange are locked; without one, all joints belong to the arm.
-
-    Raises:
-        PlantError: If there is no such body, a joint has more than one axis, or springs or constraints act on the arm.
+    Joints outside the chain to a flange are locked; without one, all joints belong to the arm. Raises `PlantError`
+    if there is no such body, a joint has more than one axis, or springs or constraints act on the arm.
     """
     if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
         for tie in spec.equalities:

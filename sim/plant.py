@@ -68,10 +68,8 @@ class Plant:
     """All true parameters of one robot.
 
     Attributes:
-        robot: The arm and its specific elements.
         drives: Its true drives; those of `robot` are nominal.
         payload: Payload of the loaded motions.
-        errors: Effects that the identification model lacks.
 
     Raises:
         PlantError: If the drives do not match the arm, or a model error does not apply to robot or drives.
@@ -111,11 +109,8 @@ def plant_model(
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch. `step` is the
     physics step [s], `earlier` the number of motions before this one. With `full_spec` as `read`, the model has all
-    its shapes; the motion is bitwise the same.
-
-    Raises:
-        PlantError: If the model file cannot be compiled or is of another arm, or a model error exceeds what the arm or
-            the step allows.
+    its shapes; the motion is bitwise the same. Raises `PlantError` if the model file cannot be compiled or is of
+    another arm, or a model error exceeds what the arm or the step allows.
     """
     n, path = plant.robot.n, plant.robot.model
     build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
@@ -147,8 +142,7 @@ def bare_arm(
 ) -> mujoco.MjModel:
     """Compile the arm of a model file with rotors Ia [kg m^2], shape (n,), without friction: the controller's model.
 
-    Raises:
-        PlantError: If the model file cannot be compiled or has another number of joints.
+    Raises `PlantError` if the model file cannot be compiled or has another number of joints.
     """
     try:
         spec = lean_spec(mjcf, flange)

@@ -37,16 +37,11 @@ def record(
     threads: int,
     advanced: Advanced = no_progress,
 ) -> list[Recording]:
-    """Run experiments, sharing batches where possible.
+    """Run experiments; those of equal duration, rate and step on plants of one layout share a batch.
 
-    Args:
-        experiments: Motions; those of equal duration, rate and step on plants of one layout run together.
-        streams: Noise of each; a recording depends only on its own stream, neither on the batch nor on threads.
-        threads: Threads to step with.
-        advanced: Callback for the simulated time, without warm-ups.
-
-    Raises:
-        SimulationError: If a run could not be built, diverged, saturated or reached a limit (the first one).
+    A recording depends only on its own noise stream, neither on the batch nor on threads. `advanced` receives the
+    simulated time, without warm-ups. Raises `SimulationError` if a run could not be built, diverged, saturated or
+    reached a limit (the first one).
     """
     found = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
     recordings = list[Recording]()

@@ -171,15 +171,11 @@ class Robot:
     Units are those of revolute joints; for prismatic joints N, m and kg replace N m, rad and kg m^2.
 
     Attributes:
-        name: Name of the robot in scenarios.
         model: Model file of the arm; bodies and joints from base to flange.
-        drives: Its nominal drives.
         max_velocity: [rad/s].
         max_acceleration: [rad/s^2].
         home: Start position of the search for a motion [rad].
         frames: Bodies, by the name of the distance in the model whose end they are.
-        couplings: Motors that turn with the sum of two joints.
-        gravity_spring: The gravity spring, None for an arm without one.
         flange: Last body of the arm, if the model file has more bodies; joints outside the chain to it are locked at
             their initial positions. None if all joints belong to the arm.
         rated_load: Largest payload mass [kg], None if not stated.
@@ -252,13 +248,9 @@ class RobotTable(Table):
 
 
 def read_robot(path: Path) -> Robot:
-    """Read a robot file.
+    """Read a robot file, to which the path of its model is relative.
 
-    Args:
-        path: The TOML file; the path of its model is relative to it.
-
-    Raises:
-        PlantError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
+    Raises `PlantError` if it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
         table = validated_table(RobotTable, read_toml(path, error=ValueError), str(path), ValueError)

@@ -69,11 +69,7 @@ class Solid:
 
 @silenced()
 def flange_of(robot: Robot) -> Flange:
-    """The flange of an arm.
-
-    Raises:
-        PlantError: If its model file cannot be compiled.
-    """
+    """The flange of an arm; raises `PlantError` if its model file cannot be compiled."""
     try:
         model = full_spec(robot.model, robot.flange).compile()
     except ValueError as error:
@@ -115,8 +111,7 @@ def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
 def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
     """Name all bodies of a robot's model, and add capsules and a floor if no moving part has a shape.
 
-    Returns:
-        Names of the bodies with a capsule, from base to flange; empty if the model has shapes.
+    Return the names of the bodies with a capsule, from base to flange; none if the model has shapes.
     """
     for k, body in enumerate(spec.bodies):
         if not body.name:
@@ -172,15 +167,10 @@ class Clearance:
 
     @silenced()
     def __init__(self, plant: Plant, margin: float, solids: Sequence[Solid] | None = None) -> None:
-        """Prepare the model.
+        """Prepare the model; `margin` is the largest distance that is computed [m].
 
-        Args:
-            plant: The arm and its payload.
-            margin: Largest distance that is computed [m].
-            solids: Shapes of the payload; None for a cylinder with its principal moments of inertia.
-
-        Raises:
-            PlantError: If its model file cannot be compiled with its shapes.
+        Without `solids`, the payload is a cylinder with its principal moments of inertia. Raises `PlantError` if the
+        model file cannot be compiled with its shapes.
         """
         spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0

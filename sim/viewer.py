@@ -53,11 +53,7 @@ CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def drawn_arm(robot: Robot, payload: PayloadBody | None) -> mujoco.MjSpec:
-    """Return the model of an arm for rendering, with its payload.
-
-    Raises:
-        PlantError: If its model file cannot be compiled.
-    """
+    """Return the model of an arm for rendering, with its payload; raises `PlantError` if it cannot be compiled."""
     spec = full_spec(robot.model, robot.flange)
     stand_in(spec, robot)
     flange = flange_of(robot).origin
@@ -88,10 +84,7 @@ class Scene:
     """Arms side by side.
 
     Attributes:
-        model: All of them.
         places: Indices of each arm's joint positions in the state, one array (n,) per experiment.
-        motions: Reference motion of each.
-        duration: Duration of the longest motion [s].
         times: Times for which the scene is laid out [s].
         azimuth: Direction in which the camera looks, about the vertical from x [deg].
     """
@@ -126,10 +119,8 @@ class Scene:
 def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
     """Place the arms of some experiments side by side, from left to right, viewed from where they appear widest.
 
-    The scene is laid out for some times [s], by default for the whole motions.
-
-    Raises:
-        PlantError: If a model file cannot be compiled.
+    The scene is laid out for some times [s], by default for the whole motions. Raises `PlantError` if a model file
+    cannot be compiled.
     """
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)
@@ -161,11 +152,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
 
 
 def watch(shown: Scene) -> None:
-    """Play the motions repeatedly in MuJoCo's viewer until its window is closed.
-
-    Raises:
-        PlantError: If no window can be opened.
-    """
+    """Play the motions in MuJoCo's viewer until its window is closed; raises `PlantError` if none can be opened."""
     import glfw
     import mujoco.viewer
 
@@ -185,11 +172,7 @@ def watch(shown: Scene) -> None:
 
 
 def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -> Generator[Array]:
-    """Yield pictures of the scene at times [s], rendered off-screen: 8-bit RGB, shape (height, width, 3).
-
-    Raises:
-        PlantError: If OpenGL is not available.
-    """
+    """Yield 8-bit RGB pictures (height, width, 3) of the scene at times [s]; raises `PlantError` without OpenGL."""
     model, data = shown.model, mujoco.MjData(shown.model)
     model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     try:

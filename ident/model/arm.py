@@ -108,8 +108,7 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
 def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
-    Raises:
-        RobotModelError: If the file is missing, of an unknown kind or unreadable.
+    Raises `RobotModelError` if the file is missing, of an unknown kind or unreadable.
     """
     minimal = minimal_model(Path(path), flange)
     import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
@@ -244,11 +243,7 @@ def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> Min
 
 
 def urdf_to_flange(root: ET.Element, flange: str) -> None:
-    """Remove the links and joints outside the chain from the base to a flange.
-
-    Raises:
-        RobotModelError: If no link has that name.
-    """
+    """Remove links and joints outside the chain from the base to a flange; raises `RobotModelError` without one."""
     refuse_unknown_flange(root, flange, [link.get("name", "") for link in root.findall("link")])
     above = {_end(joint, "child"): joint for joint in root.findall("joint")}
     joints, links = list[ET.Element](), [flange]
@@ -314,12 +309,8 @@ MODEL_FILES: dict[str, Callable[[ET.Element, Path, str | None], MinimalModel]] =
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     """Reduce a robot model to its kinematics.
 
-    Args:
-        path: The file.
-        flange: Last body of the arm; joints that do not lead to it are locked. None where all joints are the arm's.
-
-    Raises:
-        RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
+    Joints that do not lead to the `flange`, the arm's last body, are locked; None where all joints are the arm's.
+    Raises `RobotModelError` if the file is missing, of an unknown kind, unreadable, or not valid.
     """
     check_ending(path)
     root = read_xml(path)
@@ -331,11 +322,7 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
 
 
 def check_ending(path: Path) -> None:
-    """Check that a file's name has the ending of a robot model.
-
-    Raises:
-        RobotModelError: If it has not.
-    """
+    """Check that a file's name has the ending of a robot model; raises `RobotModelError` otherwise."""
     ending = path.suffix.lower()
     if ending not in MODEL_FILES:
         what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"

@@ -43,7 +43,6 @@ class Kinematics:
     Twists and accelerations have shape (n, 2, 3, N), angular part first.
 
     Attributes:
-        arm: The arm.
         pose: Pose of each link's frame, shape (n, 3, 4, N).
         S: Twist of each joint, its rate of change, and the rate of change of that.
         V: Twist of each link.
@@ -91,7 +90,6 @@ class Dynamics:
     """An arm of known parameters along a motion, with composite bodies, each a joint's link and the following ones.
 
     Attributes:
-        moving: The motion.
         chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
         own: I S, then B' s + p x u, together (n, 3, 3, N).
         by_x: Derivatives of the wrench f by a displacement, its rate and its acceleration, (n, 2, 3, N) each.
@@ -129,14 +127,9 @@ class Dynamics:
         return cls(moving, chi, np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
 
     def displaced(self, further: States) -> Array:
-        """Return the first-order change of the joint torques due to a displacement of each joint.
+        """Return the first-order change of joint torques by each joint's displacement [N m or N], shape (N, n, n).
 
-        Args:
-            further: Displacement of each joint with its first and second time derivatives. Coulomb friction is not
-                included.
-
-        Returns:
-            Change of each joint's torque by each joint's displacement [N m or N], shape (N, n, n).
+        `further` has the displacements and their first and second time derivatives. Coulomb friction is not included.
         """
         arm, (S, dS, ddS) = self.moving.arm, self.moving.S
         x, dx, ddx = (each.T[:, None, None, :] for each in (further.q, further.dq, further.ddq))

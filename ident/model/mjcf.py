@@ -101,14 +101,7 @@ def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> Min
 
 
 def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int) -> None:
-    """Replace every `<include file="..."/>` by the children of the file's root element.
-
-    Args:
-        parent: An element, changed in place.
-        folder: Folder of the main file, the base of names.
-        sizes: Files read so far [bytes].
-        room: Number of further nesting levels.
-    """
+    """Replace every `<include file="..."/>` by the children of the file's root; `sizes` are of files so far [bytes]."""
     children = list(parent)
     parent[:] = []
     for child in children:
@@ -231,14 +224,7 @@ def _bodies(parent: ET.Element) -> list[ET.Element]:
 
 
 class _Reading:
-    """Bodies and joints with all used attributes explicit, in radians and metres.
-
-    Attributes:
-        compiler: Options of `COMPILER`.
-        classes: Elements that state attributes, by default class.
-        seen: Bodies and joints by kind and name.
-        ranges: Ends of the joints that have any [rad or m].
-    """
+    """Bodies and joints with all used attributes explicit, in radians and metres."""
 
     def __init__(self, compiler: dict[str, str], classes: dict[str, list[ET.Element]]) -> None:
         self.compiler, self.classes = compiler, classes

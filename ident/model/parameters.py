@@ -61,8 +61,7 @@ def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[st
 def pseudo_inertia(chi: Array) -> Array:
     """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (..., 4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
 
-    Args:
-        chi: Standard parameters in the order of `INERTIAL`, shape (..., 10).
+    The standard parameters `chi`, shape (..., 10), are in the order of `INERTIAL`.
     """
     return np.tensordot(chi, PSEUDO_INERTIAS, 1)
 

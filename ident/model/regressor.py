@@ -52,15 +52,10 @@ class LinkMotion:
 def link_motions(
     arm: Arm, q: Array, dq: Array, ddq: Array, gravity: Array | None = None, length: Array | None = None
 ) -> Iterator[LinkMotion]:
-    """Yield the motion of each link, from the base on.
+    """Yield the motion of each link, from the base on; positions and their derivatives have the shape (n, samples).
 
-    Args:
-        arm: The arm.
-        q: Joint positions, shape (n, samples).
-        dq: Joint velocities, likewise.
-        ddq: Joint accelerations, likewise.
-        gravity: Gravity of each sample in the base frame [m/s^2], shape (3, samples); None for the arm's.
-        length: Factor of each distance between frames, shape (n, samples); None for 1.
+    `gravity` of each sample is in the base frame [m/s^2], shape (3, samples), None for the arm's; `length` is a factor
+    of each distance between frames, shape (n, samples), None for 1.
     """
     vectors, L = np.zeros((3, 3, q.shape[1])), np.zeros((3, 3, q.shape[1]))
     vectors[2] = -arm.gravity[:, None] if gravity is None else -gravity
@@ -145,7 +140,6 @@ class LinkMotions:
         arm: The arm, n joints.
         dq: Joint velocities [rad/s or m/s], shape (N, n).
         ddq: Joint accelerations, shape (N, n).
-        links: Links, from the base on.
     """
 
     arm: Arm
@@ -179,17 +173,10 @@ class LinkMotions:
 
 
 def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Return the torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
+    """Return the joint torques [N m] or forces [N] of standard parameters, `regressor(arm, q, dq, ddq) @ chi`, (N, n).
 
-    Args:
-        arm: The arm, n joints, c couplings.
-        chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
-        q: Joint positions [rad or m], shape (N, n).
-        dq: Joint velocities, shape (N, n).
-        ddq: Joint accelerations, shape (N, n).
-
-    Returns:
-        Joint torques [N m] or forces [N], shape (N, n).
+    The parameters, shape (14 n + 3 c,) for c couplings, have the names of `parameters.labels`; positions [rad or m],
+    velocities and accelerations have the shape (N, n).
     """
     return LinkMotions.of(arm, q, dq, ddq).torques(chi)
 

@@ -50,9 +50,7 @@ class BaseParameters:
     def standard(self, links: Array, drives: Mapping[str, Array] = NO_DRIVES) -> Array:
         """Return the standard parameters of given links and drives, zero for others, shape (p,).
 
-        Args:
-            links: `INERTIAL` parameters of every link, shape (n, 10).
-            drives: Parameters of all drives by name, as `Ia`, shape (n,) each.
+        Links have their `INERTIAL` parameters, shape (n, 10); drives are by name, as `Ia`, shape (n,) each.
         """
         chi = np.zeros(len(self.labels))
         chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
@@ -75,15 +73,9 @@ def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:
 
 
 def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RANK_TOL) -> Indices:
-    """Return a maximal independent set of columns, preferring those of earlier groups.
+    """Return the indices of a maximal independent set of columns of a matrix (r, p), tier by tier, shape (b,).
 
-    Args:
-        W: Any matrix, shape (r, p).
-        tiers: Groups of column indices, in order of preference.
-        rank_tol: Norm of the independent part of a unit column below which it is dependent.
-
-    Returns:
-        Indices of the chosen columns, tier by tier, shape (b,).
+    Those of earlier tiers are preferred. A unit column with an independent part below `rank_tol` is dependent.
     """
     norms = np.linalg.norm(W, axis=0)
     felt = norms > rank_tol * norms.max(initial=0.0)  # a column of rounding errors is ignored

@@ -34,13 +34,9 @@ def read_xml(path: Path) -> ET.Element:
 
 
 def read_document(path: Path, *, comments: bool = False) -> ET.Element:
-    """Read an XML file in the encoding that it declares, UTF-8 by default.
+    """Read an XML file, in UTF-8 unless it declares another encoding; an element around its root, and its comments.
 
-    Returns:
-        An element around the root, and around its comments if wanted.
-
-    Raises:
-        RobotModelError: If the file cannot be read, is not XML, declares entities, or is too large or deep.
+    Raises `RobotModelError` if the file cannot be read, is not XML, declares entities, or is too large or deep.
     """
     content = read_bytes(path, most_bytes=LARGEST_FILE, error=RobotModelError)
     parser = expat.ParserCreate()
@@ -100,9 +96,7 @@ def title(element: ET.Element) -> str:
 def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
     """Check the numbers of an element, and that no known attribute is misspelt; unknown ones are ignored.
 
-    Args:
-        element: The element.
-        known: Its attributes, with how many numbers each has, 0 if it has a word.
+    `known` has for each attribute how many numbers it has, 0 if it has a word.
 
     Raises:
         RobotModelError: As `vector`, or if an attribute is nearly a known one.
@@ -118,8 +112,7 @@ def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
 def vector(element: ET.Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
     """Return the numbers of an attribute, checked for count, finiteness and plausible size; None without it.
 
-    Raises:
-        RobotModelError: If a number is wrong; the message names line, element, attribute and word.
+    Raises `RobotModelError` if a number is wrong; the message names line, element, attribute and word.
     """
     text = element.get(attribute)
     if text is None:

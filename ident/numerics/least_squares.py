@@ -95,11 +95,9 @@ class Factors:
 
 
 def factors(W: Array, *, rank_tol: float) -> Factors:
-    """Factorise a matrix with possibly dependent or zero columns (pivoted QR of unit columns).
+    """Factorise a matrix (r, b) with possibly dependent or zero columns (pivoted QR of unit columns).
 
-    Args:
-        W: Matrix, shape (r, b).
-        rank_tol: Smallest norm of the independent part of a unit column, relative to the largest.
+    `rank_tol` is the smallest norm of the independent part of a unit column, relative to the largest.
     """
     norms = np.linalg.norm(W, axis=0)
     seen = np.flatnonzero(norms > 0.0)
@@ -115,10 +113,7 @@ def factors(W: Array, *, rank_tol: float) -> Factors:
 def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
     """Return the inverse of the residual's standard deviation of each row's group, shape (r,) (paper, eq. 22).
 
-    Args:
-        W: Observation matrix, shape (r, b).
-        Y: Measurements, shape (r,).
-        groups: Group number of each row, one group per joint, shape (r,).
+    Observation matrix (r, b), measurements (r,), and the group of each row, one per joint, (r,).
     """
     weight = np.empty(len(Y))
     for group in np.unique(groups):

@@ -47,15 +47,10 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
 
 
 def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
-    """Low-pass signals with zero phase: a Butterworth filter of order four, forward and backward.
+    """Low-pass signals (N, k) on a uniform clock with zero phase: a Butterworth filter of order 4, both ways.
 
-    Args:
-        x: Signals, shape (N, k), on a uniform clock.
-        period: Sampling interval [s].
-        cutoff_hz: Quarter-power frequency [Hz], below the Nyquist frequency.
-
-    Returns:
-        Filtered signals, shape (N, k). The outer `edge_samples` have edge effects.
+    The period is in s; the cut-off [Hz], where a quarter of the power is left, is below the Nyquist frequency. The
+    outer `edge_samples` have edge effects.
     """
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
     return filtered_both_ways(butterworth(FILTER_ORDER, cutoff_hz, 1.0 / period), x, padding)
@@ -67,14 +62,9 @@ def edge_samples(period: float, cutoff_hz: float) -> int:
 
 
 def noise_density(x: Array, period: float) -> Array:
-    """Return the density of white noise in signals of slow motion, from the upper half of their spectrum.
+    """Return the density of white noise in signals (N, n) of slow motion, from the upper half of their spectrum.
 
-    Args:
-        x: Signals, shape (N, n).
-        period: Sampling interval [s].
-
-    Returns:
-        One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period for pure noise N(0, sigma^2).
+    It is a one-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period [s] for pure noise N(0, sigma^2).
     """
     bent = np.diff(x, 2, axis=0)  # differentiation reduces leakage from slow motion
     size = min(len(bent), NOISE_BLOCK)
@@ -172,12 +162,9 @@ class Decimator:
 
 
 def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
-    """Return the decimator with a Hamming-windowed sinc of the given cut-off.
+    """Return the decimator with a Hamming-windowed sinc, for a sampling interval [s] and samples per row.
 
-    Args:
-        period: Sampling interval [s].
-        cutoff_hz: Half-amplitude frequency [Hz], also the width of the transition band.
-        factor: Samples per row.
+    The cut-off [Hz], of half the amplitude, is also the width of the transition band.
     """
     half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
     kernel = np.hamming(2 * half + 1) * np.sinc(2.0 * cutoff_hz * period * np.arange(-half, half + 1))

@@ -23,8 +23,7 @@ DEFAULTS = ObserveOptions()
 def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple[ObserveOptions, str | None]:
     """Return the filters for recordings that are used together, lowered if the slowest requires it, and a note if so.
 
-    Raises:
-        RecordingError: If a joint moves too fast for the cut-off that its log allows.
+    Raises `RecordingError` if a joint moves too fast for the cut-off that its log allows.
     """
     slowest = max(recordings, key=lambda each: each.period)
     rate = 1.0 / slowest.period

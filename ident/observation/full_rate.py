@@ -85,15 +85,9 @@ class FullRate:
         return group_means(x[self.edge : max(self.edge, len(x) - self.edge)], self.group)
 
     def spread(self, row_weights: Array, joint: int, samples: int) -> Array:
-        """Weights of a recording's samples in a weighted sum of a joint's rows: `decimated` of `sampled`, transposed.
+        """Weights of a recording's samples, shape (samples,), in a sum of a joint's rows with weights of shape (rows,).
 
-        Args:
-            row_weights: Shape (rows,).
-            joint: The joint, from 0.
-            samples: Number of samples of the recording.
-
-        Returns:
-            Shape (samples,).
+        This is `decimated` of `sampled`, transposed; the joint is from 0.
         """
         of_samples = self.decimator.spread(row_weights)
         here = np.zeros(len(self.q))
@@ -104,12 +98,7 @@ class FullRate:
         return weights
 
     def decimated(self, x: Array, joint: int) -> Array:
-        """Signals of a joint, masked at reversals and decimated like its current, shape (rows, ...).
-
-        Args:
-            x: Signals at full rate, shape (N, ...).
-            joint: The joint, from 0.
-        """
+        """Signals (N, ...) of a joint, from 0, masked at reversals and decimated like its current, (rows, ...)."""
         moving = self.moving[:, joint].reshape(-1, *[1] * (x.ndim - 1))
         return self.decimator.applied(np.where(moving, x, 0.0))
 

@@ -120,7 +120,6 @@ class Observation:
     """The linear system of one motion.
 
     Attributes:
-        structure: Identifiable structure of the arm.
         joints: One `JointObservation` per joint.
         notes: Changes of the recording that the user should know.
         full_rate: The motion of the rows at full rate, None without a recording.
@@ -251,12 +250,8 @@ def reduced(
 ) -> tuple[Array, list[Array]]:
     """Decimate the unmasked samples, block by block, so that the full-rate regressor is never stored.
 
-    Args:
-        structure: Structure of the arm, n joints.
-        motion: q, dq, ddq, each of shape (N, n).
-        v: A signal of each joint, shape (N, n).
-        moving: Mask of each joint's samples that are used, shape (N, n).
-        D: Filter.
+    The motion is q, dq, ddq; these, a signal v of each joint, and the mask `moving` of each joint's used samples have
+    the shape (N, n).
 
     Returns:
         The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of its own link: those

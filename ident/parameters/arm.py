@@ -205,11 +205,7 @@ class BareArm:
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
-    """Identify ratios of gains, and the arm in drive units.
-
-    Raises:
-        NotIdentifiable: If no two joints have an identifiable common parameter.
-    """
+    """Identify ratios of gains, and the arm in drive units; `NotIdentifiable` if no two joints share a parameter."""
     ready = setting_of(problem, options, [GivenGain(0, 1.0)])
     given = ready.braked()
     selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std
@@ -227,11 +223,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
 
 
 def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
-    """Identify base parameters in SI and friction in drive units with known gains, from motions with a bare flange.
-
-    Raises:
-        GainsError: If the gains are not of this arm.
-    """
+    """Identify an arm in SI, friction in drive units, from bare motions; `GainsError` if the gains are not of it."""
     return BareArm(gains=gains, ratios=None, selected=with_fixed_gains(problem, options, gains))
 
 
@@ -244,9 +236,7 @@ def with_fixed_gains(problem: Problem, options: AllJointsOptions, gains: KnownGa
 def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
     """Identify the arm with given gains, from the bare motions of a problem, with viscous and Coulomb friction.
 
-    Raises:
-        NotIdentifiable: If no motion is bare.
-        GainsError: If the gains are not of this arm.
+    Raises `NotIdentifiable` if no motion is bare, `GainsError` if the gains are not of this arm.
     """
     bare = replace(problem, motions=tuple(motion for motion in problem.motions if motion.payload is None))
     if not bare.motions:
@@ -291,10 +281,8 @@ def forecast_gains(
     """Return the expected relative standard deviation of every gain, or why there is none, with a planned payload.
 
     All stated parameters of the payload affect the currents, `known` ones are used; `in_si` is the arm with known
-    gains, `ratios` are those from the bare motions of `problem`, which would be repeated.
-
-    Raises:
-        NotIdentifiable: If no parameter of the payload is known, or it puts no torque on any joint.
+    gains, `ratios` are those from the bare motions of `problem`, which would be repeated. Raises `NotIdentifiable`
+    if no parameter of the payload is known, or it puts no torque on any joint.
     """
     if payload.known == "none":
         raise NotIdentifiable(

@@ -82,14 +82,8 @@ def nearest_links(
 ) -> FoundLinks:
     """Return the physically consistent links nearest to the model's that the data allow.
 
-    Args:
-        base: Base parameters of the arm.
-        found: Identified base parameters in SI, without friction and offsets.
-        covariance: Covariance of their values, shape (k, k).
-        nominal: The model's links.
-
-    Raises:
-        RobotModelError: If a link of the model is not physically consistent.
+    `found` are identified base parameters in SI, without friction and offsets, with the covariance (k, k). Raises
+    `RobotModelError` if a link of the model is not physically consistent.
     """
     n, p, size = len(nominal.own), len(STANDARD), len(INERTIAL)
     for j, chi in enumerate(nominal.own):

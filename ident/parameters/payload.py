@@ -69,11 +69,7 @@ class FoundBody:
         return next((each for each in self.quantities if each.name == name), None)
 
     def check_mass(self) -> None:
-        """Refuse a significantly negative mass.
-
-        Raises:
-            Contradiction: If it is.
-        """
+        """Refuse a significantly negative mass; raises `Contradiction`."""
         mass = self.of("mass")
         if mass is not None and mass.value < -SURE * mass.std:
             raise Contradiction(
@@ -93,7 +89,6 @@ class FoundPayload:
         value: Their values [kg m^2, kg m, kg], shape (k,).
         shares: Their covariance.
         refused: Reasons why the others have no value, by name.
-        selected: The model, and its fit.
     """
 
     place: Indices
@@ -138,12 +133,9 @@ class FoundPayload:
 
 
 def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
-    """Estimate the parameters of a payload with given gains.
+    """Estimate the parameters of a payload with given gains; a joint without a gain contributes little.
 
-    Args:
-        problem: Bare motions and those of one mounting, with an unknown payload (`known = "none"`).
-        gains: Gains of all or some joints; a joint without a gain contributes little.
-        options: Options of the model, as in the identification of the gains.
+    The problem has bare motions and those of one mounting, with an unknown payload (`known = "none"`).
 
     Raises:
         NotIdentifiable: If no motion is bare or none is loaded, or no parameter of the payload is identifiable.
@@ -184,8 +176,7 @@ def separable(structure: Structure) -> Mask:
 def body_values(chi: Array) -> Array:
     """Return mass, centre, and inertia about it in the order of `INERTIA_KEYS`, shape (10,).
 
-    Args:
-        chi: Standard parameters in the order of `INERTIAL`, real or complex, shape (10,).
+    The standard parameters `chi`, shape (10,), are in the order of `INERTIAL`, real or complex.
     """
     XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = chi
     x, y, z = MX / M, MY / M, MZ / M
@@ -211,7 +202,6 @@ class PaperEstimate:
         error_norm: Norm of the weighted residual (table 4 of the paper).
         rel_error_norm: `error_norm` over the norm of the weighted left side.
         sigma: Standard deviation of the residual (eq. 19).
-        system: Its rows.
         torque: Torques of the fitted model on those rows [N m], shape (r,).
     """
 

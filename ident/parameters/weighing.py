@@ -97,10 +97,7 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     """Compare a payload estimated with gains with its weighed mass; its known shape is used for single joints.
 
     The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
-
-    Raises:
-        PayloadError: If the payload's mass is not known.
-        NotIdentifiable: If the mass is not identifiable.
+    Raises `PayloadError` if the payload's mass is not known, `NotIdentifiable` if the mass is not identifiable.
     """
     if payload.known == "none":
         raise PayloadError("payload: known = 'none', but a verification needs its mass; weigh it, known = 'mass'")
@@ -310,13 +307,9 @@ class GainsOutcome:
 
 
 def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options: object) -> GainsOutcome:
-    """Estimate payload and arm with given gains.
+    """Estimate payload and arm with given gains, from bare motions and those of one mounting with an unknown payload.
 
-    Args:
-        problem: Bare motions and those of one mounting, with an unknown payload.
-        weight: The specified payload; its known shape is used for single joints.
-        gains: Gains of all or some joints.
-        options: Options of the method of the gains; for methods other than `nls`, `PLAIN` is used.
+    The known shape of `weight` is used for single joints; for options of methods other than `nls`, `PLAIN` is used.
 
     Raises:
         NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.

@@ -152,11 +152,7 @@ def _matrix(inertia: Sequence[float] | Array) -> Array:
 
 
 def read_payload(path: str | Path) -> Payload:
-    """Read a payload from a TOML file.
-
-    Raises:
-        PayloadError: If the file is missing or not TOML, or as `payload_from_table`.
-    """
+    """Read a payload from a TOML file; raises `PayloadError` if it is missing, not TOML, or not a payload."""
     table = read_toml(Path(path), error=PayloadError)
     try:
         return payload_from_table(table)
@@ -167,10 +163,8 @@ def read_payload(path: str | Path) -> Payload:
 def payload_from_table(table: Mapping[str, object]) -> Payload:
     """Build a payload from a parsed TOML table.
 
-    Omitted products of inertia (and their standard deviations) are 0.
-
-    Raises:
-        PayloadError: If a key is unknown or missing, or a type wrong, or as `Payload`.
+    Omitted products of inertia (and their standard deviations) are 0. Raises `PayloadError` if a key is unknown or
+    missing, or a type wrong, or as `Payload`.
     """
     _check_keys(table, KEYS, "")
     if "mass" not in table:

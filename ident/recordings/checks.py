@@ -74,11 +74,7 @@ class LogFault(NamedTuple):
 
 
 def check_log(recording: Recording, *, t_unit: str = "s") -> None:
-    """Refuse a recording with implausible clock, positions or currents; `t_unit` is the declared unit of time.
-
-    Raises:
-        RecordingError: If there is a finding; the message names channel, rows and probable cause.
-    """
+    """Refuse implausible clock, positions or currents with a `RecordingError`; `t_unit` is the stated unit of time."""
     for fault in log_faults(recording, t_unit=t_unit):
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}", joint=fault.joint)
 
@@ -204,11 +200,7 @@ def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
     """Return for each joint whether all spikes of its current follow encoder steps, as a response of the controller.
 
     The joints of an arm have one kind of controller, so the probability that all follow by chance is that of all joints
-    together.
-
-    Args:
-        spikes: Masks of the spikes of each current, n masks of shape (N,).
-        q: Positions, shape (N, n).
+    together. There are n masks of shape (N,), and positions of shape (N, n).
     """
     answers, log_chance = list[bool](), 0.0
     for mask, position in zip(spikes, q.T, strict=True):

@@ -54,7 +54,6 @@ class Meaning:
     """A quantity of v.
 
     Attributes:
-        words: Description.
         units: Allowed units, with their factors to the unit of the recording.
         unit: Unit of v in the recording.
         note: Meaning of gains, if not N m per ampere.
@@ -111,22 +110,6 @@ def _is_number(value: object) -> bool:
     return is_number(value, LARGEST)
 
 
-def _is_not_zero(value: object) -> bool:
-    return _is_number(value) and value != 0
-
-
-def _is_sign(value: object) -> bool:
-    return is_number(value) and value in (1, -1)
-
-
-def _is_line(value: object) -> bool:
-    return isinstance(value, int) and is_number(value) and 1 <= value <= LAST_LINE
-
-
-def _is_separator(value: object) -> bool:
-    return isinstance(value, str) and len(value) == 1 and value not in "\"'\r\n#\0"
-
-
 def _is_selection(value: object) -> bool:
     return isinstance(value, dict) and all(map(_is_number, cast("dict[str, object]", value).values()))
 
@@ -141,9 +124,14 @@ def _is_encoding(value: object) -> bool:
 
 
 NUMBERS = "a number, or an array of numbers, one per joint"
-NOT_ZERO = Key(f"{NUMBERS}, not 0", _is_not_zero, many=True)
+NOT_ZERO = Key(f"{NUMBERS}, not 0", lambda value: _is_number(value) and value != 0, many=True)
 TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
-LINE = Key(f"a line number, 1 to {LAST_LINE}", _is_line)
+SIGNS = Key("1 or -1, or an array of them", lambda value: is_number(value) and value in (1, -1), many=True)
+LINE = Key(
+    f"a line number, 1 to {LAST_LINE}",
+    lambda value: isinstance(value, int) and is_number(value) and 1 <= value <= LAST_LINE,
+)
+SEPARATOR = Key("one character", lambda value: isinstance(value, str) and len(value) == 1 and value not in "\"'\r\n#\0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +146,7 @@ class TextLayout:
         encoding: Encoding, as named in Python.
     """
 
-    separator: Annotated[str | None, Key("one character", _is_separator)] = None
+    separator: Annotated[str | None, SEPARATOR] = None
     decimal: Annotated[str | None, one_of((".", ","))] = None
     header: Annotated[int | None, LINE.or_word("none", 0)] = None
     rows: Annotated[int | None, LINE] = None
@@ -182,7 +170,7 @@ class Channels:
     columns: Annotated[tuple[str, ...], TEXTS] = ()
     unit: Annotated[tuple[str, ...], TEXTS] = ()
     counts_per_turn: Annotated[tuple[float, ...], NOT_ZERO] = ()
-    sign: Annotated[tuple[float, ...], Key("1 or -1, or an array of them", _is_sign, many=True)] = ()
+    sign: Annotated[tuple[float, ...], SIGNS] = ()
     zero: Annotated[tuple[float, ...], Key(NUMBERS, _is_number, many=True)] = ()
     constant: Annotated[tuple[float, ...] | None, NOT_ZERO.or_word(UNKNOWN, ())] = None
 
@@ -211,12 +199,7 @@ class LogDescription:
         signal: Quantity of v, a name of `MEANINGS`.
         layout: A name of `LAYOUTS`; recognised by the columns if not declared.
         joints: Names of the joints, base to flange, if the log has joints by name.
-        topic: Topic of a bag.
         only: Columns and the values that select rows.
-        t: Description of time.
-        q: Description of positions.
-        v: Description of currents.
-        text: Layout of a text file.
     """
 
     signal: Annotated[str | None, one_of(MEANINGS)] = None
@@ -254,11 +237,7 @@ PARTS = {
 
 
 def read_description(path: str | Path) -> LogDescription:
-    """Read the description of a log.
-
-    Raises:
-        RecordingError: If the file cannot be read or is not valid.
-    """
+    """Read the description of a log; raises `RecordingError` if the file cannot be read or is not valid."""
     place, table = one_line(path), read_toml(Path(path), error=RecordingError)
     parts = {part: Key(f"a table of {', '.join(keys)}", is_table) for part, keys in PARTS.items()}
     found = strict_table(table, keys_of(LogDescription, without=("t", "q", "v", "text")) | parts, RecordingError, place)
@@ -292,14 +271,10 @@ def spread(word: str, place: str) -> list[str]:
 
 
 def described(words: Sequence[str]) -> LogDescription:
-    """Return the description of a log from command-line words.
+    """Return the description of a log from command-line words; raises `RecordingError` if one is not valid.
 
-    Args:
-        words: Each `t=`, `q=` or `v=` with names, separated by commas, and optionally a unit in brackets; brackets
-            with a number belong to the name of a column.
-
-    Raises:
-        RecordingError: If a word is not valid.
+    Each is `t=`, `q=` or `v=` with names, separated by commas, and a unit in brackets, which may be left out; brackets
+    with a number belong to the name of a column.
     """
     parts = dict.fromkeys("tqv", NOTHING)
     for word in words:

@@ -150,13 +150,7 @@ def format_of(path: Path) -> LogFormat:
 def read_temperatures(path: Path, description: LogDescription, joints: int) -> Array | None:
     """Return temperatures of all joints [degrees Celsius], one row per row of the file, (N, n); None without them.
 
-    Args:
-        path: A log that has already been read as a recording.
-        description: Description of the log.
-        joints: Number of joints; each needs a column.
-
-    Raises:
-        RecordingError: If a cell of such a column is not a number.
+    The log has already been read as a recording. Raises `RecordingError` if a cell of such a column is not a number.
     """
     table = format_of(path).open(path, description)
     for pattern, first in TEMPERATURES.values():
@@ -169,10 +163,7 @@ def read_temperatures(path: Path, description: LogDescription, joints: int) -> A
 def write_recording(recording: Recording, path: str | Path, *, signal: str = "") -> None:
     """Write a recording as Parquet (`.parquet`) or CSV (any other ending), with all digits.
 
-    Args:
-        recording: The recording.
-        path: The file.
-        signal: Quantity of v, for readers of the file: a comment of CSV, metadata of Parquet.
+    The quantity of v, `signal`, is for readers of the file: a comment of CSV, metadata of Parquet.
     """
     path = Path(path)
     names = ["t", *(f"{kind}{j + 1}" for kind in "qv" for j in range(recording.n))]

@@ -38,12 +38,7 @@ CURRENT = re.compile(r"^observation\.current\.|\.current$")
 
 
 def resolved(place: str, table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
-    """Determine the meaning of a table's columns.
-
-    Args:
-        place: Name of the file for messages.
-        table: The table.
-        given: What is declared of it.
+    """Determine the meaning of a table's columns; `place` is the name of its file, `given` what is declared of it.
 
     Returns:
         Columns with their names in the file, units, signs and zeros, one of each per joint; the layout, None if

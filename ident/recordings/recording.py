@@ -71,7 +71,6 @@ class Motion:
     """A recording and its payload.
 
     Attributes:
-        recording: Recording of one motion.
         payload: The specified payload, None for a bare flange. Recordings of one mounting share one object, and thus
             its unknown parameters.
     """
@@ -87,10 +86,8 @@ NO_JOINT = "; to leave out a gripper or another column that is not a joint of th
 def resampled(recording: Recording) -> Recording:
     """Return the recording on a uniform clock of the same mean rate: q by cubic spline, v by linear interpolation.
 
-    A recording whose clock is uniform within `JITTER_TOL` is returned unchanged.
-
-    Raises:
-        RecordingError: If samples are missing, as gaps are not interpolated.
+    A recording whose clock is uniform within `JITTER_TOL` is returned unchanged. Raises `RecordingError` if samples
+    are missing, as gaps are not interpolated.
     """
     if recording.jitter <= JITTER_TOL:
         return recording

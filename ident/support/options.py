@@ -51,11 +51,8 @@ class Key(NamedTuple):
 
 def one_of(names: Collection[str]) -> Key:
     """Return a key that takes one of some names."""
-    return Key(f"one of {', '.join(map(repr, names))}", partial(_is_one, tuple(names)))
-
-
-def _is_one(names: tuple[str, ...], value: object) -> bool:
-    return value in names
+    known = tuple(names)
+    return Key(f"one of {', '.join(map(repr, known))}", lambda value: value in known)
 
 
 def is_number(value: object, largest: float = float_info.max) -> TypeGuard[float]:
@@ -89,16 +86,9 @@ def _takes(kinds: tuple[type, ...], value: object) -> bool:
 def strict_table(
     table: Mapping[str, object], keys: Mapping[str, Key], error: Callable[[str], Exception], place: str = ""
 ) -> dict[str, Any]:
-    """Return the values of a table; numbers of keys that take many are of type float.
+    """Return the values of a parsed table; numbers of keys that take many are of type float.
 
-    Args:
-        table: A table as parsed from TOML or JSON.
-        keys: All keys that it may have.
-        error: Class of the error that is raised.
-        place: Name of the table for messages.
-
-    Raises:
-        Exception: As `error`, if a key is unknown or its value not allowed.
+    Raises `error`, with the name `place` of the table, if a key is not among `keys` or its value not allowed.
     """
     within, found = f"{place}: " if place else "", dict[str, Any]()
     for name, value in table.items():
@@ -127,15 +117,7 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
 
 
 def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
-    """Create an options object from a table, as in TOML.
-
-    Args:
-        kind: A frozen dataclass with a default for every field.
-        table: Values by field name; omitted fields have defaults.
-
-    Raises:
-        OptionError: If a key is unknown, or a value has the wrong type or is out of range.
-    """
+    """Create an options object from a table, as in TOML; raises `OptionError` for an unknown key or a wrong value."""
     found = strict_table(table, keys_of(kind), OptionError)
     for name, kinds in _kinds(kind).items():
         if float in kinds and int not in kinds and isinstance(found.get(name), int):
@@ -144,11 +126,7 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
 
 
 def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
-    """Return keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
-
-    Raises:
-        OptionError: If a word has another form or a key is duplicate.
-    """
+    """Return keys and values of words `KEY=VALUE`, unchecked; raises `OptionError` for another form or a double key."""
     by_name, table = _kinds(kind), dict[str, object]()
     for word in words:
         name, equals, text = (part.strip() for part in word.partition("="))
@@ -176,13 +154,7 @@ def _kinds(kind: type) -> dict[str, tuple[type, ...]]:
 
 
 def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception], place: str = "") -> None:
-    """Check that every number of a dataclass is finite and inside its annotated range.
-
-    Args:
-        values: A dataclass; fields that are not numbers are ignored.
-        error: Class of the error that is raised.
-        place: Context for the message.
-    """
+    """Check that every number of a dataclass is finite and inside its annotated range; raises `error` at `place`."""
     within = f"{place}: " if place else ""
     for name, hint in _annotated(type(values)).items():
         value = getattr(values, name)

@@ -215,18 +215,12 @@ class Comparison(ResultModel):
 
 
 def page(folder: Path) -> Report:
-    """Return the page of a folder.
-
-    Raises:
-        ScenarioError: If its document is damaged, or of another version.
-    """
-    path = folder / DOCUMENT
+    """Return the page of a folder; raises `ScenarioError` if its document is damaged, or of another version."""
     found = read_result(folder, Comparison, DOCUMENT)
     if not found.scenarios or not all(each.methods for each in found.scenarios):
-        raise ScenarioError(f"{one_line(path)}: compares nothing")
+        raise ScenarioError(f"{one_line(folder / DOCUMENT)}: compares nothing")
     others = {key: text for key, text in found.about.items() if key != "Command"}
-    command = {"Original command": found.about.get("Command", "")}
-    return found.report(found.title, *repeated(command, others, {}))
+    return found.report(found.title, *repeated({"Original command": found.about.get("Command", "")}, others, {}))
 
 
 def _best(methods: Sequence[MethodSummary]) -> str:

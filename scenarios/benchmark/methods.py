@@ -61,7 +61,6 @@ class Method:
     """A method of a comparison.
 
     Attributes:
-        text: Text that names the method.
         words: The command without its last argument, the problem's folder.
         digests: Digest of each known file of the method, and version of each package that it imports (without those of
             every study), by name. With another digest or version the method is a different one.
@@ -88,11 +87,7 @@ class Call(NamedTuple):
 
 
 def method_of(text: str) -> Method:
-    """Return the method of a text.
-
-    Raises:
-        ScenarioError: If there is no such estimator, option, function or program.
-    """
+    """Return the method of a text; raises `ScenarioError` without such an estimator, option, function or program."""
     if text.startswith("exec:"):
         try:
             words = shlex.split(text.removeprefix("exec:"))

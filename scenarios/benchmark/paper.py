@@ -273,9 +273,8 @@ class PaperRun:
 def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     """Simulate the three motions, identify gains and payloads, check the claims.
 
-    Raises:
-        SimulationError: If a motion cannot be carried out.
-        IdentificationError: If a recording cannot be identified.
+    Raises `SimulationError` if a motion cannot be carried out, `IdentificationError` if a recording cannot be
+    identified.
     """
     setup = setup_of(load_scenario("paper"))
     chosen, first = setup.scenario.table.identification, setup.payloads[LOADED]
@@ -401,11 +400,7 @@ class SavedPaper(BaseModel):
 
 
 def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
-    """Write `FILES`: payload parameters; torques [N m] of all cases against time [s], the data of figure 3; the result.
-
-    Raises:
-        OSError: If they cannot be written.
-    """
+    """Write `FILES`: payload parameters; torques [N m] of all cases by time [s], as in figure 3; the result."""
     names = ("name", "value", "std", "residual_std", "gain_std")
     parameters = [
         {"case": case, **{name: getattr(each, name) for name in names}, "known": False, "essential": essential}
@@ -440,9 +435,8 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
 def page(folder: Path) -> Report:
     """Return the page of a folder, only from its files.
 
-    Raises:
-        ScenarioError: If its document is damaged, or of another version; if the rows of figure 3 are missing, or others
-            than were written with it.
+    Raises `ScenarioError` if its document is damaged, or of another version; if the rows of figure 3 are missing,
+    or others than were written with it.
     """
     path, rows = folder / PAPER, folder / ROWS
     saved = read_result(folder, SavedPaper, PAPER)

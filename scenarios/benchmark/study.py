@@ -43,8 +43,7 @@ FREQUENCIES = 1 << 14
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
     """Return the study of `count` trials of one scenario, those of `monte_carlo`; the scenario's method is not run.
 
-    Raises:
-        ScenarioError: If there is no method, or a duplicate one; as `monte_carlo`.
+    Raises `ScenarioError` if there is no method, or a duplicate one; as `monte_carlo`.
     """
     texts = [method.text for method in methods]
     if not texts:

@@ -111,10 +111,8 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
 def mountings(given: Sequence[Group]) -> tuple[Mounting, ...]:
     """Return recordings with payloads, in the order of the command line.
 
-    A single payload and a single loaded group belong together in either order.
-
-    Raises:
-        ScenarioError: If there is no recording, or payloads and loaded recordings do not match.
+    A single payload and a single loaded group belong together in either order. Raises `ScenarioError` if there is
+    no recording, or payloads and loaded recordings do not match.
     """
     kinds = [option for option, _ in given]
     if not {UNLOADED, LOADED} & set(kinds):
@@ -206,9 +204,8 @@ def _constants(text: str) -> tuple[float, ...]:
 def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:
     """Return the description of logs. `joint_names`, those of the arm, are the default.
 
-    Raises:
-        ScenarioError: If both file and options state the same; if the names are those of the arm in another order, or
-            differ in number.
+    Raises `ScenarioError` if both file and options state the same; if the names are those of the arm in another
+    order, or differ in number.
     """
     nothing = LogDescription()
     description = nothing if options.log_description is None else read_description(options.log_description)

@@ -115,8 +115,7 @@ class Claim:
     def writing(self) -> Generator[None]:
         """Create the folder, and record the written files, also if the command is interrupted.
 
-        Raises:
-            ScenarioError: If the folder cannot be created, or a file or the record cannot be written.
+        Raises `ScenarioError` if the folder cannot be created, or a file or the record cannot be written.
         """
         make_folder(self.folder)
         try:
@@ -140,28 +139,27 @@ class Claim:
 
 
 def make_folder(folder: Path) -> None:
-    """Create a folder and its parents.
-
-    Raises:
-        ScenarioError: If it cannot be created.
-    """
+    """Create a folder and its parents; raises `ScenarioError` if it cannot be created."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ScenarioError(f"cannot create {one_line(folder)}: {_reason(error)}") from error
 
 
-def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
-    """Check whether a command may and can write files.
+def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
+    """Check whether a command may and can write a file, or files of these names in a folder.
 
-    Files of others are overwritten with `force`, files that it `reads` never.
+    Files of others are overwritten with --force, files that the command reads never.
 
     Raises:
-        ScenarioError: If the folder is not writable; if a file is one that the command reads; if a file exists that the
-            command did not write, or that was changed since.
+        ScenarioError: If the folder is not writable; if a file is one that the command reads, or one that the command
+            did not write, or that was changed since.
         OSError: If a file cannot be written.
     """
-    claimed, above = Claim(folder, tuple(names), command), folder.absolute()
+    folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
+    if any(name.endswith(".parquet") for name in names):
+        import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # its absence is reported before the work
+    claimed, above = Claim(folder, names, command), folder.absolute()
     while not os.path.exists(above) and above != above.parent:
         above = above.parent
     try:
@@ -170,9 +168,10 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
             tried.flush()
     except OSError as error:
         raise ScenarioError(f"{claimed.place}: cannot be written: {one_line(above)}: {_reason(error)}") from error
-    there = [path for path in reads if os.path.exists(path)]
+    given = [value for name, value in vars(options).items() if name not in WRITTEN]
+    there = [path for path in _paths(given) if os.path.exists(path)]
     ours = _records(folder).get(command, {})
-    for path in (folder / name for name in claimed.names if (folder / name).exists()):
+    for path in (folder / name for name in names if (folder / name).exists()):
         if not path.is_file():
             raise ScenarioError(f"{path}: not a regular file")
         if not os.access(path, os.W_OK):
@@ -180,9 +179,9 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         if any(path.samefile(read) for read in there):
             text = f"{command} reads this file and would overwrite it; give another path"
             raise ScenarioError(f"{one_line(path)}: {text}")
-        if not force and path.name not in ours:
+        if not options.force and path.name not in ours:
             raise ScenarioError(f"{path}: {command} did not write this file; give another path, or add --force")
-        if not force and ours[path.name] != _digest(path):
+        if not options.force and ours[path.name] != _digest(path):
             raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
     return claimed
 
@@ -204,20 +203,8 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
-    """Check whether a command may and can write a file, or files of these names in a folder; raises as `claim`."""
-    folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
-    if any(name.endswith(".parquet") for name in names):
-        import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # its absence is reported before the work
-    return claim(folder, names, command=command, force=options.force, reads=files_read(options))
-
-
-def files_read(options: argparse.Namespace) -> tuple[Path, ...]:
-    """Return all paths of a command line except written ones, including words that are existing paths."""
-    return tuple(path for name, value in vars(options).items() if name not in WRITTEN for path in _paths(value))
-
-
 def _paths(value: object) -> Iterator[Path]:
+    """Yield the paths in values of options, including words that are existing paths."""
     match value:
         case Path():
             yield value

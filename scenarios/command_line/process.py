@@ -85,10 +85,8 @@ def signals_as_interrupts() -> Generator[None]:
 def open_streams() -> None:
     """Replace closed streams, and make the others accept any character.
 
-    Otherwise a file with the descriptor of standard output would receive output of libraries.
-
-    Raises:
-        OSError: If standard output is closed, as no result could be written.
+    Otherwise a file with the descriptor of standard output would receive output of libraries. Raises `OSError` if
+    standard output is closed, as no result could be written.
     """
     for number in range(3):
         try:
@@ -106,12 +104,7 @@ def open_streams() -> None:
 
 
 def write(text: str) -> None:
-    """Write text to standard output and flush.
-
-    Raises:
-        OSError: If it cannot be written.
-        BrokenPipeError: If its reader has ended.
-    """
+    """Write text to standard output and flush; raises `OSError` if it cannot be written, or its reader has ended."""
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

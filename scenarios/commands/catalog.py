@@ -126,11 +126,7 @@ def _captioned(picture: "Array", text: str) -> "Image":
 
 
 def write_pictures(path: Path, images: "Iterator[Image]", fps: float) -> None:
-    """Write a PNG with the first picture, a repeating GIF, or a film in H.264, by the ending of the name.
-
-    Raises:
-        ScenarioError: If the library for films is not installed.
-    """
+    """Write a PNG of the first picture, a repeating GIF or, if its library is there, a film, by the name's ending."""
     import numpy as np
 
     match path.suffix.lower():

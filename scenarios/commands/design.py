@@ -56,9 +56,7 @@ class Outcome:
 
     Attributes:
         first: Initial motion, None if stopped before.
-        found: The best motion.
         kept: Successively better motions, the best last; empty if there are none.
-        interrupt: The interruption, None if completed.
     """
 
     first: "Found | None" = None
@@ -261,11 +259,7 @@ def found_by(options: argparse.Namespace) -> str:
 
 
 def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | None":
-    """Return the best motion of a stopped search, and its number of motions, if a file has one of this command.
-
-    Raises:
-        ScenarioError: If the file is not a motion.
-    """
+    """Return the best motion of a stopped search and its number of motions, if a file has one of this command."""
     from scenarios.experiments.motions import read_motion
 
     if not path.is_file():

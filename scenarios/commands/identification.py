@@ -227,11 +227,7 @@ def identify_command(options: argparse.Namespace) -> Status:
 
 
 def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:
-    """Return whether only ratios of gains are identifiable: no payload, and no option states a gain.
-
-    Raises:
-        ScenarioError: If an option is not applicable to the recordings.
-    """
+    """Return whether no payload or option scales the gains; raises `ScenarioError` if an option does not apply."""
     from ident.estimation.estimators.nls import NAME
 
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)

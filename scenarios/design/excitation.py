@@ -52,14 +52,9 @@ def finite(value: float) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """Bounds of a motion; arrays have shape (n,), in rad or m, infinite if unbounded.
+    """Bounds of a motion, infinite if unbounded; arrays have shape (n,), units rad or m, s, and N m or N.
 
-    Attributes:
-        lower: Positions [rad].
-        upper: Positions [rad].
-        velocity: [rad/s].
-        acceleration: [rad/s^2].
-        torque: Joint torque at the current limit [N m].
+    The torque is that of a joint at its current limit.
     """
 
     lower: Array
@@ -72,8 +67,7 @@ class Limits:
     def of(cls, plant: Plant) -> "Limits":
         """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
 
-        Raises:
-            PlantError: If a prismatic joint has no range.
+        Raises `PlantError` if a prismatic joint has no range.
         """
         robot, drives = plant.robot, plant.drives
         arm = load_arm(robot.model, flange=robot.flange)
@@ -101,14 +95,10 @@ class Limits:
         return 0.5 * (self.upper - self.lower)
 
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
-        """Return the excess over the usable shares of the limits, relative to the limits, at least zero.
+        """Return the excess over the usable shares of the limits, relative to them, at least zero, shape (4, N, n).
 
-        Args:
-            motion: q, dq, ddq, each (N, n).
-            torques: Without and with payload [N m], shape (2, N, n).
-
-        Returns:
-            Excess in the order of `SHARES`, shape (4, N, n).
+        The motion is q, dq, ddq, each (N, n); torques [N m] are without and with payload, (2, N, n). The order is that
+        of `SHARES`.
         """
         q, dq, ddq = motion
         used = (
@@ -138,11 +128,7 @@ class Design:
 
     Attributes:
         plant: The assumed robot, with the payload for the distances.
-        structure: Its identifiable structure.
-        limits: Limits of the motion.
         joints: Joints whose gains are to be identified, from 0.
-        carried: The payload and its known parameters.
-        method: Name of the estimator.
         slow: Joint speeds at which a row has half its weight [rad/s], shape (n,); None for rows of equal weight.
         solids: Shapes of the payload, None for a cylinder with its inertia.
         searched_hz: Sampling rate during the search [Hz].
@@ -164,11 +150,7 @@ class Design:
 
     @classmethod
     def of(cls, setup: Setup) -> "Design":
-        """Return the problem of a scenario, with its first payload and the joints to identify.
-
-        Raises:
-            ScenarioError: If there is no joint to identify, or no payload.
-        """
+        """Return the problem of a scenario's first payload; raises `ScenarioError` without one, or no gain to find."""
         scenario = setup.scenario
         wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
         if not wanted.size:
@@ -255,10 +237,8 @@ class Design:
     def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
         """Return the motion, scaled by the first of `SIZES` that meets all limits on a fine grid.
 
-        It is scaled about its centre, or about the middle one of its positions that can be held if the centre cannot.
-
-        Raises:
-            TrajectoryError: If no factor is enough.
+        It is scaled about its centre, or about the middle one of its positions that can be held if the centre
+        cannot. Raises `TrajectoryError` if no factor is enough.
         """
         center, about = trajectory.center, trajectory.center
         if self.at_rest(center[None])[0] > 0.0:

@@ -123,13 +123,9 @@ class NewRobot:
     """A robot from its model file and defaults.
 
     Attributes:
-        path: The model file.
         flange: Last body of the arm, None if all joints belong to it.
         rated_load: [kg], None if not stated.
         drives: Values by table of a robot file's `[drives]`.
-        payload: The first payload, complete.
-        payload_source: Its source, a sentence.
-        home: Start pose of the search for a motion.
     """
 
     name: str
@@ -326,10 +322,8 @@ def drives_by_default(
 def first_payload(arm: Arm, carried: Array, usual: float, rated: float | None) -> tuple[Payload, str]:
     """Return a steel bar of the rated or usual mass [kg], or what the weakest joint can carry, and its source.
 
-    `carried` are the masses that take the whole torque of each joint [kg], shape (n,).
-
-    Raises:
-        PlantError: If a joint carries next to nothing.
+    `carried` are the masses that take the whole torque of each joint [kg], shape (n,). Raises `PlantError` if a
+    joint carries next to nothing.
     """
     weakest = int(carried.argmin())
     limits = [
@@ -351,10 +345,8 @@ def first_payload(arm: Arm, carried: Array, usual: float, rated: float | None) -
 def home_pose(arm: Arm, facts: ModelFacts, design: Design, given: Sequence[float] | None = None) -> Stated:
     """Return a given start pose, or of keyframe, zero, middle of the ranges and random poses the first clear one.
 
-    If no pose is clear of floor and arm, it is the one with the largest distance.
-
-    Raises:
-        PlantError: If the given pose is outside the arm's ranges.
+    If no pose is clear of floor and arm, it is the one with the largest distance. Raises `PlantError` if the given
+    pose is outside the arm's ranges.
     """
     limits = design.limits
     if given is not None:

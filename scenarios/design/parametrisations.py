@@ -49,7 +49,6 @@ class Series:
     """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale.
 
     Attributes:
-        limits: Limits that scale the amplitudes.
         shapes: Sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H).
         usual: Standard deviation of each weight of a random motion, shape (K,).
         duration: Period [s].
@@ -73,8 +72,7 @@ class Series:
     def holds(cls, limits: Limits, duration: float) -> "Series":
         """Return the parametrisation by the poses at the ends of the legs, to which the weights are proportional.
 
-        Raises:
-            ScenarioError: If sweeps and holds would be too short.
+        Raises `ScenarioError` if sweeps and holds would be too short.
         """
         if duration < SHORTEST:
             raise ScenarioError(
@@ -130,11 +128,8 @@ class Series:
 def hold_design(design: Design) -> tuple[Design, Mask]:
     """Return a design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
 
-    Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest have
-    no weight.
-
-    Raises:
-        ScenarioError: If the payload loads none of these joints at rest.
+    Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest
+    have no weight. Raises `ScenarioError` if the payload loads none of these joints at rest.
     """
     structure = design.structure
     q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))

@@ -356,10 +356,8 @@ def design_payload(
     """Search for the best payload of every shape along a scenario's motion.
 
     `density` is that of the material [kg/m^3], `seed` that of the search; `tell` receives the completed number of
-    `STEPS`, and the current shape.
-
-    Raises:
-        ScenarioError: If the scenario mounts no payload; if no payload is feasible.
+    `STEPS`, and the current shape. Raises `ScenarioError` if the scenario mounts no payload; if no payload is
+    feasible.
     """
     payloads = PayloadSearch(setup, density)
 

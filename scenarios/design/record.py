@@ -6,7 +6,6 @@ import shlex
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from io import StringIO
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -15,7 +14,6 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.timing import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE
 from ident.payload.payload import Payload
-from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import BARE
@@ -24,6 +22,7 @@ from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 from scenarios.support.errors import ScenarioError
+from sim.feedforward_currents import States
 
 MOST = 1_000_000
 """Largest number of samples of a file."""
@@ -62,23 +61,10 @@ SAFETY = (
 )
 
 
-class Sampled(NamedTuple):
-    """A motion of n joints at the samples of a controller: t [s], shape (N,), q, dq, ddq [rad or m, s], each (N, n).
+def sampled(setup: Setup, rate_hz: float) -> States:
+    """Return the motion of a scenario at a rate [Hz]; the last sample is at its end, so the last period may be shorter.
 
-    The last sample is at its end, so the last period may be shorter.
-    """
-
-    t: Array
-    q: Array
-    dq: Array
-    ddq: Array
-
-
-def sampled(setup: Setup, rate_hz: float) -> Sampled:
-    """Return the motion of a scenario at a rate [Hz].
-
-    Raises:
-        ScenarioError: If there are too many samples.
+    Raises `ScenarioError` if there are too many samples.
     """
     motion = setup.experiments[0].trajectory
     periods = math.ceil(motion.duration * rate_hz * (1.0 - ROUNDING))
@@ -89,10 +75,10 @@ def sampled(setup: Setup, rate_hz: float) -> Sampled:
         )
     t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
-    return Sampled(t, *motion(t))
+    return States(t, *motion(t))
 
 
-def controller_files(setup: Setup, motion: Sampled) -> dict[str, str]:
+def controller_files(setup: Setup, motion: States) -> dict[str, str]:
     """Return the motion as texts by name: CSV, ROS 2 `JointTrajectory`, and URScript for an arm with its joints.
 
     CSV has the columns t, q1 .. qn, dq1 .. dqn, ddq1 .. ddqn, all digits, below a comment. The first point of ROS is
@@ -153,7 +139,7 @@ class Recorded(ResultModel):
     )
 
     @classmethod
-    def of(cls, setup: Setup, motion: Sampled) -> "Recorded":
+    def of(cls, setup: Setup, motion: States) -> "Recorded":
         """Return the motion of a scenario with the limits that it uses; no files yet."""
         robot, arm = setup.plant.robot, setup.structure.arm
         lowest, highest = motion.q.min(axis=0), motion.q.max(axis=0)

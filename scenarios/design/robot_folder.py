@@ -110,15 +110,9 @@ def found_motion(
 ) -> tuple[FourierTrajectory, NewRobotResult]:
     """Find a motion that identifies the gains of a new robot, for the files in a folder.
 
-    Args:
-        new: The robot.
-        folder: The folder.
-        search: Returns successively better motions of a search, the best last; searches are numbered from 0.
-        advice: What to try if no motion is found.
-
-    Raises:
-        TrajectoryError: If none is found.
-        PlantError: If the payload that the arm can carry identifies no gain.
+    `search` returns successively better motions of a search, numbered from 0, the best last; `advice` is what to
+    try if none is found. Raises `TrajectoryError` if none is found, `PlantError` if the payload that the arm can
+    carry identifies no gain.
     """
     design, arm, payload = new.design(), new.arm, new.payload
     series = Series.harmonic(design.limits, HARMONICS, DURATION, TIMES)
@@ -205,11 +199,7 @@ def _remarks(new: NewRobot, design: Design) -> Iterator[str]:
 
 
 def write_new_robot(new: NewRobot, motion: FourierTrajectory, predicted: Sequence[float], folder: Path) -> None:
-    """Write all files or none: each is complete before the first is moved to its place.
-
-    Raises:
-        OSError: If something cannot be written.
-    """
+    """Write all files or none: each is complete before the first is moved to its place."""
     with TemporaryDirectory(dir=folder, prefix=".new-robot-") as staging:
         there = Path(staging)
         new.write(there, os.path.relpath(new.path.resolve(), folder.resolve()), predicted)

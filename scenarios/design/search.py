@@ -63,13 +63,10 @@ class Searched(ResultModel):
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
-    """Return initial centres of motions. `home` is that of the robot's file [rad or m], shape (n,).
+    """Return initial centres of motions, shape (k, n): home, if it is feasible at rest, else random feasible positions.
 
-    Returns:
-        Home if it is feasible at rest, otherwise random feasible positions within the ranges, shape (k, n).
-
-    Raises:
-        TrajectoryError: If there are none, of the kind `NO_POSITION`.
+    `home` is that of the robot's file [rad or m], shape (n,). Raises `TrajectoryError` if there are none, of the
+    kind `NO_POSITION`.
     """
     if design.at_rest(home[None])[0] == 0.0:
         return home[None]
@@ -96,14 +93,9 @@ def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Foun
 
 
 def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:
-    """Yield successively better motions, one per generation of CMA-ES.
+    """Yield successively better motions, one per generation of CMA-ES; the same seed gives the same ones.
 
-    Args:
-        first: Initial state.
-        step: Initial step size.
-        seed: Seed of the random numbers; the same seed gives the same motion.
-        evaluations: Number of motions to try, without the random ones at the start.
-        judge: Returns their costs.
+    `step` is the initial step size, `evaluations` the number of motions to try, without the random ones at the start.
     """
     found = first
     yield found
@@ -145,11 +137,9 @@ def _prepared(stated: bytes) -> tuple[Design, Series]:
 def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:
     """Return the motion of a search with the lowest cost after it is scaled to the limits.
 
-    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has at
-    least one motion, successively better ones, the best last.
-
-    Raises:
-        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best.
+    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has
+    at least one motion, successively better ones, the best last. Raises `TrajectoryError` if none can be scaled to
+    the limits; the message states the violation of the best.
     """
     best, least, reason, tried = None, np.inf, "", -np.inf
     for found in reversed(kept):

@@ -29,13 +29,9 @@ STREAM_SEEDS = 2**31
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
-    """Draw everything that a scenario declares random; the draw named k uses the stream of (seed, checksum of k).
+    """Draw everything that a scenario declares random, by key path; draw k uses the stream of (seed, checksum of k).
 
-    Returns:
-        New values by key path; empty if nothing is random.
-
-    Raises:
-        WrongValue: If the target of a draw is not a number of the scenario, or the distribution does not exist.
+    Raises `WrongValue` if the target of a draw is not a number of the scenario, or the distribution does not exist.
     """
     table, settings = scenario.table, dict[str, Value]()
     for name, draw in table.random.items():
@@ -54,11 +50,7 @@ def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
 
 
 def check_draws(scenario: Scenario) -> None:
-    """Check that all draws and sources are possible, and that the scenario can be run with every choice.
-
-    Raises:
-        WrongValue: If a draw is not possible (the first one).
-    """
+    """Check that draws and sources are possible with every choice; raises `WrongValue` for the first that is not."""
     table = scenario.table
     drawn = {name: source for name, source in table.sources.items() if source.stream is None}
     for group, draws in (("random", table.random), ("sources", drawn)):
@@ -91,9 +83,8 @@ def _bases(draw: DrawTable, table: ScenarioTable) -> dict[str, float | list[floa
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
     """Return the values of a draw's targets from uniform numbers in (0, 1), shape (numbers_needed,).
 
-    Raises:
-        ScenarioError: If a target does not exist.
-        WrongValue: If distribution or parameters do not exist or do not fit.
+    Raises `ScenarioError` if a target does not exist, `WrongValue` if distribution or parameters do not exist or do
+    not fit.
     """
     if draw.choice is not None:
         if not draw.choice:
@@ -219,7 +210,6 @@ class Sources:
     """The error sources of a scenario.
 
     Attributes:
-        scenario: The scenario with its `sources` tables.
         columns: Columns of each source, in the order of the tables, in a matrix of uniform numbers of all sources.
         off: Settings that switch every source off.
     """
@@ -239,11 +229,7 @@ class Sources:
 
 
 def sources_of(scenario: Scenario) -> Sources:
-    """The sources of a scenario.
-
-    Raises:
-        ScenarioError: If it declares none, or the target of one does not exist.
-    """
+    """The sources of a scenario; raises `ScenarioError` if it declares none, or the target of one does not exist."""
     table = scenario.table
     if not table.sources:
         said = "declares no error sources; add [sources.NAME] tables, as nominal.toml has"

@@ -39,7 +39,6 @@ class GainVerdict:
         rel_error: (estimate - true) / true.
         z: (estimate - true) / std.
         tolerance: Largest relative error that passes.
-        identifiable: Whether identification gave a gain.
         passed: Whether the gain is within tolerance, or refused if it should not be identifiable.
         reason: Why it was refused, or why it did not pass; None otherwise.
     """
@@ -140,7 +139,6 @@ class CostVerdict:
 
     Attributes:
         true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
-        arm: Errors of the arm's parameters.
         torque_a_priori, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
             drive torque, by joint from 0, with either gains; joints without a gain are omitted.
         tolerance: Largest relative error of the mass that passes, with the identified gains.
@@ -164,8 +162,7 @@ class CostVerdict:
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
     """Estimate payload and arm with the controller's gains and with the identified gains, and judge both.
 
-    Raises:
-        IdentificationError: If the motions do not identify the payload.
+    Raises `IdentificationError` if the motions do not identify the payload.
     """
     table, plant, base = setup.scenario.table, setup.plant, setup.structure.base
     assert table.cost is not None, "requested where the scenario has it"

@@ -39,8 +39,7 @@ class MotionFile(Table):
 def read_motion(name: str, folder: Path) -> FourierTrajectory:
     """Read a built-in motion, or a file relative to `folder`; cached, so that trials share the object.
 
-    Raises:
-        ScenarioError: If it does not exist, or does not start and end at rest.
+    Raises `ScenarioError` if it does not exist, or does not start and end at rest.
     """
     path = _motion_path(name, folder)
     file = validated_table(MotionFile, read_toml(path, error=ScenarioError), str(path), ScenarioError)

@@ -60,10 +60,8 @@ KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
     """Read an arm of an MJCF or URDF file and check its kinematics with MuJoCo.
 
-    Couplings are pairs of joints, from 0; joints outside the chain to the flange are locked.
-
-    Raises:
-        RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint.
+    Couplings are pairs of joints, from 0; joints outside the chain to the flange are locked. Raises
+    `RobotModelError` if it cannot be read, or the two parsers differ; the message names the first joint.
     """
     arm, minimal = load_arm(path, couplings, flange=flange), minimal_model(path, flange)
     mjcf = minimal.kind == "mjcf"

@@ -42,7 +42,6 @@ class Trial:
         seed: Seed of its noise, and of its random settings unless `settings` are given.
         settings: Values by key path; None to draw the random values of the scenario.
         streams: Seeds of single noise streams, by name, which replace those that follow from `seed`.
-        labels: Labels that a study writes into every row.
         cost: Whether the effect of the controller's gains is estimated too, if the scenario has a table `cost`.
     """
 
@@ -76,7 +75,6 @@ class Simulated:
     """A simulated trial.
 
     Attributes:
-        trial: The trial.
         setup: Its setup, with drawn values instead of random tables.
         settings: The drawn values, by key path.
         recordings: Recordings of the motions, in order of time.
@@ -143,12 +141,8 @@ class Run(Simulated):
 def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
-    The same seed gives the same bytes.
-
-    Raises:
-        ScenarioError: If a random setting cannot be drawn or is not valid.
-        SimulationError: If a motion cannot be carried out.
-        IdentificationError: If no gain can be identified.
+    The same seed gives the same bytes. Raises `ScenarioError` if a random setting cannot be drawn or is not valid
+    and `SimulationError` if a motion cannot be carried out and `IdentificationError` if no gain can be identified.
     """
     # One thread: a pair steps in some 30 microseconds, less than the overhead of a second thread.
     with threadpool_limits(1):
@@ -217,11 +211,7 @@ def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulat
 
 
 def identified(simulated: Simulated) -> Run:
-    """Identify and judge a simulated trial.
-
-    Raises:
-        IdentificationError: If no gain can be identified.
-    """
+    """Identify and judge a simulated trial; raises `IdentificationError` if no gain can be identified."""
     setup, started = simulated.setup, time.perf_counter()
     table = setup.scenario.table
     chosen = table.identification

@@ -56,8 +56,7 @@ DRIVES_KEPT = 16
 def scenario_as_stated(name: str) -> Scenario:
     """Return a scenario as specified by its file and the extended ones, without the numbers that they leave out.
 
-    Raises:
-        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+    Raises `ScenarioError` if it is missing, has an unknown key or a wrong value; the message names both.
     """
     table, path = scenario_table(name)
     wanted = stating_file(name, "tolerance.identifiable")
@@ -114,11 +113,7 @@ def robot_of(scenario: Scenario) -> Robot:
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """Return the assumed payloads with specified standard deviations, by mounting.
-
-    Raises:
-        ScenarioError: If a payload is impossible.
-    """
+    """Return the assumed payloads, with standard deviations, by mounting; `ScenarioError` for an impossible one."""
     belief, found = scenario.table.belief, dict[str, Payload]()
     for key, stated in by_mounting(belief.payload, belief.payloads).items():
         try:
@@ -157,8 +152,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
 def place_of(table: ScenarioTable, name: str) -> str:
     """Return the full key path for its end, as `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
 
-    Raises:
-        ScenarioError: If there is no such path, or more than one.
+    Raises `ScenarioError` if there is no such path, or more than one.
     """
 
     def places(node: object, above: str) -> Iterator[str]:
@@ -176,9 +170,7 @@ def place_of(table: ScenarioTable, name: str) -> str:
 def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
     """Return the scenario with changed values, whose tables are validated again, and without random tables.
 
-    Raises:
-        ScenarioError: If a key path does not exist.
-        WrongValue: If a value is not valid.
+    Raises `ScenarioError` if a key path does not exist, `WrongValue` if a value is not valid.
     """
     changes: dict[str, dict[str, Any]] = {}
     for place, value in settings.items():
@@ -218,8 +210,7 @@ def _is_number(value: object) -> bool:
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
     """Return the scenario with another method or options, words `KEY=VALUE`; a named method starts from its defaults.
 
-    Raises:
-        OptionError: If an option does not exist or a value is not valid.
+    Raises `OptionError` if an option does not exist or a value is not valid.
     """
     stated = scenario.table.identification
     if method is None and not words:
@@ -237,7 +228,6 @@ class Setup:
 
     Attributes:
         plants: The true plants, by mounting.
-        structure: Identifiable structure of the arm, from its kinematics.
         payloads: The assumed payloads, by mounting.
         experiments: The motions, in order of time; empty if the robot has no motion yet.
         check: One more motion, which is not used for identification; None without a table `cost`.

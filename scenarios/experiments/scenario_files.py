@@ -38,20 +38,14 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in CATALOG.glob("*.toml"))
 
 
-def part_names() -> list[str]:
-    """Names of partial scenarios."""
-    return sorted(path.stem for path in PARTS.glob("*.toml"))
-
-
 def find_scenario(name: str, folder: Path | None = None) -> Path:
     """Return the path of a built-in scenario or of a user's file, relative to the folder of the file that extends it.
 
-    Raises:
-        ScenarioError: If it does not exist; the message names the nearest built-in one.
+    Raises `ScenarioError` if it does not exist; the message names the nearest built-in one.
     """
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
-    if name in part_names():
+    if name in {path.stem for path in PARTS.glob("*.toml")}:
         if folder is None:
             raise WrongValue(f"{name} is a partial scenario; extend it by a file that states the rest")
         return PARTS / f"{name}.toml"
@@ -72,11 +66,9 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
     """Read a scenario merged with the scenarios that it extends.
 
-    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative to
-    a folder, by default the working folder; `below` are files already being read, to detect circles.
-
-    Raises:
-        ScenarioError: If a file is missing or not TOML, or `extends` is circular.
+    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative
+    to a folder, by default the working folder; `below` are files already being read, to detect circles. Raises
+    `ScenarioError` if a file is missing or not TOML, or `extends` is circular.
     """
     path = find_scenario(name, folder)
     if path in below:

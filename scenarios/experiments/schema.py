@@ -313,8 +313,7 @@ OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": 
 def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
     """Validate a scenario's tables; `path` is its name in messages.
 
-    Raises:
-        ScenarioError: If there is an unknown key, a wrong value or a contradiction; the message names it.
+    Raises `ScenarioError` if there is an unknown key, a wrong value or a contradiction; the message names it.
     """
     other = next((kind for key, kind in OTHER_FILES.items() if key in table), None)
     if other is not None:
@@ -327,11 +326,7 @@ def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
 
 
 def check(table: ScenarioTable, path: str) -> None:
-    """Check that every array has one entry per joint, and that gains, couplings, method and options are possible.
-
-    Raises:
-        WrongValue: If one is not (the first one).
-    """
+    """Check numbers per joint, gains, couplings, method and options; raises `WrongValue` for the first wrong one."""
     for fault in _faults(table):
         raise WrongValue(f"{path}: {fault}")
 

@@ -60,7 +60,6 @@ class Study:
 
     Attributes:
         kind: `monte-carlo`, `sensitivity`, `sweep` or `comparison`.
-        schema: Columns of its rows.
         identity: Identity of the study besides kind and scenario; JSON values.
         rows: Function that makes the rows of a trial, of which there are `rows_per_joint` for each joint.
     """
@@ -93,15 +92,10 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 
 
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
-    """Return the study of all combinations; the first key varies slowest, seeds fastest. Swept values are not drawn.
+    """Return the study of all combinations of values, by key path or its end, with each seed; n means 0 to n - 1.
 
-    Args:
-        scenario: The scenario to be repeated.
-        values: Values by key path or its end.
-        seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
-
-    Raises:
-        ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or a draw is not possible.
+    The first key varies slowest, seeds fastest. Swept values are not drawn. Raises `ScenarioError` if a key path
+    does not exist or is ambiguous, a value is not valid, or a draw is not possible.
     """
     check_draws(scenario)
     places = [place_of(scenario.table, name) for name in values]
@@ -199,11 +193,9 @@ def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
     """Run the missing trials of a study and write them part by part; existing trials of the same study are kept.
 
-    Rows do not depend on the workers. The record states the user's command; progress is shown on a console on stderr.
-
-    Raises:
-        ScenarioError: If the scenario or its draws are wrong; if the folder holds another study or cannot be written;
-            if workers cannot run trials.
+    Rows do not depend on the workers. The record states the user's command; progress is shown on a console on
+    stderr. Raises `ScenarioError` if the scenario or its draws are wrong; if the folder holds another study or
+    cannot be written; if workers cannot run trials.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)
@@ -281,8 +273,7 @@ class StudyRows:
 def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
     """Run a study and keep its rows in memory; they do not depend on the workers, this process if None.
 
-    Raises:
-        ScenarioError: If there is no trial to run; if workers cannot run trials.
+    Raises `ScenarioError` if there is no trial to run; if workers cannot run trials.
     """
     if study.count < 1:
         raise ScenarioError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")

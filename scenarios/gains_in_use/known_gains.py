@@ -80,8 +80,9 @@ def estimated_payload(
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)
     observing = options_of(ObserveOptions, file.options.observe, filters)
+    limits = options_of(GainOptions, file.options.gains)
     motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
-    prepared, diagnosed = _prepared(motions, structure, observing, gain_options(file), policy)
+    prepared, diagnosed = _prepared(motions, structure, observing, limits, policy)
     return payload_of(prepared.problem, known, model_options(file, model)), diagnosed, prepared
 
 
@@ -99,10 +100,8 @@ def bare_result(
     """Return the results of motions with a bare flange, and the filters with the compensated delay.
 
     With `known` gains, parameters are also in SI; with a planned `payload` too, the gains that it would give.
-
-    Raises:
-        IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no
-            ratio; if the gains are not of this arm; if no parameter of the payload is known.
+    Raises `IdentificationError` if the recordings are not of this arm, differ in the scale of currents, or
+    determine no ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
     prepared, diagnosed = _prepared(motions, robot.structure, observing, gains, policy)
     found = gain_ratios(prepared.problem, options)
@@ -162,11 +161,6 @@ def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
     return Links.of(found, nominal, robot.structure.arm)
 
 
-def gain_options(file: GainsFile) -> GainOptions:
-    """Return the limits for accepting a gain, of a gains file."""
-    return options_of(GainOptions, file.options.gains, ())
-
-
 def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
     """Return the model options of a gains file, modified by words `KEY=VALUE`; `PLAIN` for methods other than nls."""
     listed = file.options.method if file.method in (None, nls.NAME) else asdict(PLAIN)
@@ -174,7 +168,7 @@ def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
     return options_of(AllJointsOptions, stated, words)
 
 
-def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
+def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str] = ()) -> Options:
     """Return options of a gains file, modified by words `KEY=VALUE`."""
     try:
         options_from_table(kind, stated)

@@ -95,11 +95,7 @@ def patched_model(
     """Return the content of a copy of a valid model file, and its changed and unchanged attributes.
 
     `joints` have values by the name of the joint, `links` are in the frames of the file; None to keep those of the
-    file.
-
-    Raises:
-        ScenarioError: If a link cannot be written.
-        RobotModelError: If the file cannot be read.
+    file. Raises `ScenarioError` if a link cannot be written, `RobotModelError` if the file cannot be read.
     """
     document = read_document(path, comments=True)
     root = next(each for each in document if each.tag in FORMATS)

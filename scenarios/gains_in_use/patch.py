@@ -18,6 +18,7 @@ from ident.diagnosis.diagnosis import Severity, two_digits, worst_first
 from ident.diagnosis.gain_checks import link_mass_factor
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
+from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
@@ -28,7 +29,7 @@ from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.robots import model_base, nominal_links
-from scenarios.gains_in_use.known_gains import check_unseen, gain_options, options_of
+from scenarios.gains_in_use.known_gains import check_unseen, options_of
 from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
 from scenarios.gains_in_use.weighing import UNSEEN
 from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, sentence, table, two_sigma
@@ -66,11 +67,7 @@ DRAWN = (
 
 
 def read_bare(path: Path) -> BareResult:
-    """Read the results of bare motions.
-
-    Raises:
-        ScenarioError: If the file is missing or not such a result; one line.
-    """
+    """Read the results of bare motions; raises `ScenarioError` if the file is missing or not such a result."""
     content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
     try:
         return BareResult.model_validate_json(content)
@@ -88,11 +85,8 @@ def joint_values(
 ) -> dict[str, JointValues]:
     """Return the identified values of every joint by its name, of those with a relative deviation of at most `most`.
 
-    `nominal` are the data-sheet gains on which the efforts in the model are based.
-
-    Raises:
-        GainsError: If gains are not of this arm.
-        ScenarioError: If the bare motions are not.
+    `nominal` are the data-sheet gains on which the efforts in the model are based. Raises `GainsError` if gains are
+    not of this arm, `ScenarioError` if the bare motions are not.
     """
     arm = structure.arm
     for file in (gains, nominal):
@@ -169,12 +163,8 @@ def unstated_parameters(
 ) -> tuple[Array, Array]:
     """Return what bare motions show and a model does not state: offsets, and rotor inertia where it is zero.
 
-    Args:
-        structure: Identifiable structure of the arm.
-        gains: Gains, with which both are in SI.
-        bare: Friction and base parameters over the gains.
-        stated: Base parameters of the model, shape (b,).
-        motor: Rotor inertia of the model, joint side [kg m^2 or kg], shape (n,).
+    `gains`, with which both are in SI, belong to the friction and base parameters of `bare`. The model states base
+    parameters, shape (b,), and the rotor inertia of each `motor`, joint side [kg m^2 or kg], shape (n,).
 
     Returns:
         Base parameters, shape (b,), and their covariance from the deviations of rotor inertia, shape (b, b).
@@ -199,9 +189,8 @@ def unstated_parameters(
 def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
     """Return links whose centre of mass is in the frame of the body in the model file; `nominal` are those of the file.
 
-    Raises:
-        ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
-            contradict the data.
+    Raises `ScenarioError` if there are no physically consistent links, or they are of other gains or another model,
+    or contradict the data.
     """
     found = None if bare is None else bare.consistent
     if bare is None or found is None:
@@ -305,16 +294,14 @@ def predicted_by_models(
 ) -> Unseen:
     """Return the predictions of a motion by the copy of a model and by another one.
 
-    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these. `bare`
-    has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of their fit.
-
-    Raises:
-        ScenarioError: If the motion was used for the gains.
-        PlantError: If MuJoCo cannot read the masses of either model.
+    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these.
+    `bare` has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of
+    their fit. Raises `ScenarioError` if the motion was used for the gains, `PlantError` if MuJoCo cannot read the
+    masses of either model.
     """
     check_unseen(gains, [], [log.recording])
-    observing = options_of(ObserveOptions, gains.options.observe, ())
-    unseen = unseen_motion(log, [], structure, observing=observing, gains=gain_options(gains))
+    observing, limits = options_of(ObserveOptions, gains.options.observe), options_of(GainOptions, gains.options.gains)
+    unseen = unseen_motion(log, [], structure, observing=observing, gains=limits)
     fits = {
         each.joint - 1: JointPrediction(
             joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)

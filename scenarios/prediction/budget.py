@@ -42,11 +42,9 @@ LEAST = 5e-6
 def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], Array]) -> Array:
     """Return mean and standard deviation of the errors of k gains from a draw, shape (2, k).
 
-    `error` returns the errors (k,) with some settings. It is linearised about the mean of all numbers, in steps of one
-    standard deviation of each independent number; values of a set are each taken in turn.
-
-    Raises:
-        ScenarioError: If the draw is not possible, or a number has no mean or standard deviation.
+    `error` returns the errors (k,) with some settings. It is linearised about the mean of all numbers, in steps of
+    one standard deviation of each independent number; values of a set are each taken in turn. Raises
+    `ScenarioError` if the draw is not possible, or a number has no mean or standard deviation.
     """
     if draw.choice is not None:
         middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
@@ -109,11 +107,7 @@ class Predictor:
         self.other_noise = self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
 
     def noise(self, stream: str) -> Array:
-        """Return mean and standard deviation of the errors from a noise, all other sources off, shape (2, k).
-
-        Raises:
-            ScenarioError: If its spectrum is unknown.
-        """
+        """Return mean and standard deviation of the errors from a noise alone, (2, k); `ScenarioError` if unknown."""
         if stream not in self._variances:
             raise ScenarioError(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
@@ -122,10 +116,8 @@ class Predictor:
         """Return mean and standard deviation of the errors from a drawn source, all others off, shape (2, k).
 
         If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
-
-        Raises:
-            ScenarioError: If neither is possible; if a number has no mean or standard deviation.
-            ScenarioError: If the draw is not possible.
+        Raises `ScenarioError` if neither or the draw is possible; if a number has no mean or standard
+        deviation.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
@@ -252,8 +244,7 @@ def _within(share: float) -> Cell:
 def predicted_budget(scenario: Scenario) -> PredictedBudget:
     """Predict the error budget of a scenario, and the faults that logs of its motions will exclude.
 
-    Raises:
-        TrajectoryError: If a drive cannot follow the motion; otherwise as `Predictor`.
+    Raises `TrajectoryError` if a drive cannot follow the motion; otherwise as `Predictor`.
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = Predictor(scenario)

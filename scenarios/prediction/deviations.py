@@ -45,7 +45,6 @@ class Carried:
 
     Attributes:
         chi: Its standard parameters, in the order of `INERTIAL`, shape (10,).
-        known: Known parameters.
     """
 
     chi: Array
@@ -103,7 +102,6 @@ class ArmModel:
     """The bare arm of a plant with its drives, as columns and standard parameters.
 
     Attributes:
-        structure: Its identifiable structure.
         chi: Standard parameters of arm and drives, shape (p,).
         inertial: Standard parameters of links and rotors, others zero, shape (p,).
         bias: Offset of every joint's torque [N m], shape (n,).
@@ -116,11 +114,7 @@ class ArmModel:
 
     @classmethod
     def of(cls, plant: Plant, structure: Structure) -> "ArmModel":
-        """Return the arm of a plant, with the links of its model file as MuJoCo reads them.
-
-        Raises:
-            PlantError: If MuJoCo cannot read the model file.
-        """
+        """Return the arm of a plant with the links of its model file; `PlantError` if MuJoCo cannot read that."""
         robot, drives = plant.robot, plant.drives
         links, own = nominal_links(robot.model, robot.flange).whole, {"Ia": drives.rotor_inertia}
         friction = dict(zip(FRICTION, (drives.viscous_friction, drives.coulomb_friction), strict=True))
@@ -140,12 +134,7 @@ class ArmModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Deviations:
-    """Predicted relative standard deviations of the gains, each of shape (n,).
-
-    Attributes:
-        noise: Contribution of the residual.
-        payload: Contribution of the specified standard deviations of the payload's known parameters.
-    """
+    """Predicted relative standard deviations of the gains, each of shape (n,)."""
 
     noise: Array
     payload: Array

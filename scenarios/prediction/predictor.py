@@ -42,7 +42,6 @@ class Expected:
     """The expected log of one motion at a sufficient rate, without random effects.
 
     Attributes:
-        log: The log.
         noises: Models of the noise, with the spectral density at the real rate.
         unknown: Streams of random effects without a known spectrum.
     """
@@ -88,11 +87,7 @@ def enough(setup: Setup) -> int:
 
 
 def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
-    """Return the expected log of each motion, in order of time.
-
-    Raises:
-        PlantError: If a plant cannot be built.
-    """
+    """Return the expected log of each motion, in order of time; raises `PlantError` if a plant cannot be built."""
     rate_hz = setup.scenario.table.experiment.controller.rate_hz / every
     found: list[Expected] = []
     for each, v in zip(setup.experiments, feedforward_currents(setup.experiments, rate_hz), strict=True):
@@ -104,11 +99,8 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 def expected_preparation(setup: Setup, every: int) -> Prepared:
     """Return the expected logs as prepared for identification, each with one realisation of its noise.
 
-    Methods that weight rows or select a model by the residual need the noise.
-
-    Raises:
-        RecordingError: If one cannot be filtered.
-        PlantError: If a plant cannot be built.
+    Methods that weight rows or select a model by the residual need the noise. Raises `RecordingError` if one cannot
+    be filtered, `PlantError` if a plant cannot be built.
     """
     rng = np.random.default_rng(NOISE_SEED)
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
@@ -123,8 +115,6 @@ class Linearised:
     """An estimate and its derivatives.
 
     Attributes:
-        setup: The setup.
-        expected: The expected logs.
         estimate: The estimate, with k solved gains and the influence of each row.
         behind: Derivatives of motion of the rows, motions in order of time.
         places: Index of each motion of the estimate in order of time.
@@ -142,9 +132,7 @@ class Linearised:
     def of(cls, setup: Setup, every: int) -> "Linearised":
         """Estimate the gains of a prepared scenario from its expected logs.
 
-        Raises:
-            IdentificationError: If there is no gain to identify.
-            PlantError: If a plant cannot be built.
+        Raises `IdentificationError` if there is no gain to identify, `PlantError` if a plant cannot be built.
         """
         chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
         expected = expected_preparation(setup, every)

@@ -37,7 +37,6 @@ class Column:
     """A column of a table.
 
     Attributes:
-        title: Its heading.
         unit: Unit of its numbers, empty if dimensionless.
         words: Whether it has words, which are left-aligned, instead of numbers, which are right-aligned.
         file_only: Whether it is omitted on a screen.
@@ -132,7 +131,6 @@ class Report:
     """The report of a result: texts, tables and plots.
 
     Attributes:
-        title: One line.
         parts: The parts in order, the verdict first, if there is one.
         document: The result for programs, as JSON values.
         mood: Assessment of a title that is the verdict.
@@ -220,10 +218,7 @@ def two_sigma(std: float | None, form: str = ".2f") -> str:
 
 
 def rounded(value: float | None, spread: float | None) -> str:
-    """Return a number rounded to two digits of its standard deviation, or to four decimals; a dash for None.
-
-    Both have the same unit.
-    """
+    """Return a number to two digits of its standard deviation (same unit), or to four decimals; None is a dash."""
     return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
 
 
@@ -235,10 +230,7 @@ def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None,
 
 
 def plus_minus(value: float, spread: float) -> str:
-    """Return number and uncertainty, both rounded to the first digit of the latter, or to two digits if it is a 1.
-
-    Both have the same unit.
-    """
+    """Return number and uncertainty (same unit), rounded to the first digit of the latter, two digits if it is a 1."""
     if spread == 0.0:
         return f"{value:.6g}"
     first = f"{spread:.1e}"

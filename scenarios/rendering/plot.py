@@ -60,7 +60,6 @@ class Plot:
     """A plot.
 
     Attributes:
-        title: One line above it.
         caption: Explanation in one or two sentences, including omitted data.
         x, y: Labels of the axes: quantity and unit.
         draw: Draws on axes of Matplotlib, as many as `heights`.

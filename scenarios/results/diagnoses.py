@@ -144,13 +144,9 @@ def unseen_verdict(
     other: str = "the others",
     passed: bool | None = None,
 ) -> list[Part]:
-    """Return a sentence on the prediction error of an unseen motion; nothing without one.
+    """Return a sentence on the prediction error of an unseen motion by `this` and `other`; nothing without one.
 
-    Args:
-        found: The prediction.
-        this: What predicts.
-        other: What it is compared with.
-        passed: Whether the prediction is good enough; None for better than the other.
+    `passed` says whether the prediction is good enough; None for better than the other.
     """
     if found is None:
         return []

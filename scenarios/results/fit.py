@@ -48,7 +48,6 @@ class FitRows:
     Attributes:
         joint: The joint, from 0.
         scale: Factor from current to the plotted quantity: the gain, or 1 if refused.
-        unit: Unit of the plotted quantity.
         t: Time since the start of the first log, without pauses between logs [s], shape (r,).
         stamp: Time in the log at the middle of each row's filter [s], shape (r,).
         V: Currents [drive units], shape (r,).
@@ -158,11 +157,7 @@ def write_fit(fit: Fit, folder: Path) -> None:
 
 
 def read_fit(folder: Path) -> Fit:
-    """Read `ROWS`.
-
-    Raises:
-        ScenarioError: If it is missing, or of another version.
-    """
+    """Read `ROWS`; raises `ScenarioError` if it is missing, or of another version."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -377,10 +377,7 @@ def common_unit(units: Sequence[str]) -> str:
 
 
 def quantity_table(rows: Iterable[tuple[str, str, float | None, *tuple[float | None, ...]]]) -> Table:
-    """Return a table of values of a payload: name, unit, value, its uncertainty, and contributions to this.
-
-    All numbers of a row are rounded by the uncertainty.
-    """
+    """Return a payload's table: name, unit, value, uncertainty, which rounds the row, contributions to this."""
     shown: list[tuple[Cell, ...]] = []
     for name, own, *stated in rows:
         unit, numbers = in_unit(own, *stated)

@@ -116,11 +116,7 @@ class GainsFile(Table):
 
     @property
     def known(self) -> KnownGains:
-        """The gains as `KnownGains`.
-
-        Raises:
-            GainsError: If they are not usable.
-        """
+        """The gains as `KnownGains`; raises `GainsError` if they are not usable."""
         given = [entry for entry in self.gains if entry.identifiable]
         std = np.array([entry.std or 0.0 for entry in given])
         return KnownGains(
@@ -133,8 +129,7 @@ class GainsFile(Table):
     def of(self, arm: Arm) -> KnownGains:
         """Return the gains for an arm.
 
-        Raises:
-            GainsError: If they belong to another robot or to other joints, or are not usable.
+        Raises `GainsError` if they belong to another robot or to other joints, or are not usable.
         """
         if self.robot not in (None, arm.name):
             raise GainsError(
@@ -155,8 +150,7 @@ class GainsFile(Table):
 def read_gains(path: Path) -> GainsFile:
     """Read a gains file.
 
-    Raises:
-        ScenarioError: If it is missing, not TOML or JSON, or has an unknown key or impossible gains; one line.
+    Raises `ScenarioError` if it is missing, not TOML or JSON, or has an unknown key or impossible gains; one line.
     """
     where = one_line(path)
     table = read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
@@ -171,8 +165,7 @@ def read_gains(path: Path) -> GainsFile:
 def check_units(A: GainsFile, B: GainsFile) -> None:
     """Check that each joint's gains have the same unit in both files.
 
-    Raises:
-        ScenarioError: If a joint is revolute in one and prismatic in the other.
+    Raises `ScenarioError` if a joint is revolute in one and prismatic in the other.
     """
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:

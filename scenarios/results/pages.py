@@ -53,9 +53,8 @@ PATIENCE = 60.0
 def page_of(folder: Path) -> Report:
     """Return the page of a result folder.
 
-    Raises:
-        ScenarioError: If it holds no result, or one of another version; if it is an unfinished study; if a file is
-            missing or changed.
+    Raises `ScenarioError` if it holds no result, or one of another version; if it is an unfinished study; if a file
+    is missing or changed.
     """
     module, _, function = PAGES[kind_of(folder)].partition(":")
     return getattr(import_module(module), function)(folder)
@@ -134,10 +133,7 @@ def current_plot(log: Recording, joint: int) -> Plot:
 
 
 def how_to_identify(gains: Sequence[ResultGain], allowed: float) -> list[Part]:
-    """Return for each refused joint what data would identify its gain.
-
-    `allowed` is the largest predicted relative standard deviation of a gain that is not refused.
-    """
+    """Return what would identify each refused gain; `allowed` is the largest relative standard deviation of others."""
     parts: list[Part] = []
     for each in gains:
         if each.identifiable:

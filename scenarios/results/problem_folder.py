@@ -80,13 +80,7 @@ class GivenProblem:
     """Motions of an arm, and how its gains are identified: the input of a method, and the origin of a result.
 
     Attributes:
-        model: Model file.
         flange: Last body of the arm, None if all joints of the model belong to it.
-        arm: The arm.
-        motions: Recordings and payloads, as for `identify`.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        method: Method of an identification.
         options: Options of the method, a dataclass.
     """
 
@@ -197,8 +191,7 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
 def read_json(path: Path) -> object:
     """Parse a JSON file.
 
-    Raises:
-        ScenarioError: If it cannot be read, is too large, or is not JSON; the message says where.
+    Raises `ScenarioError` if it cannot be read, is too large, or is not JSON; the message says where.
     """
     content, place = read_bytes(path, most_bytes=LARGEST, error=ScenarioError), one_line(path)
     try:

@@ -141,11 +141,7 @@ def save_result(
 
 
 def read_record(folder: Path) -> RecordFile:
-    """Read the record of a folder, and check its files.
-
-    Raises:
-        ScenarioError: If there is no valid record; if a file is missing or changed.
-    """
+    """Read the record of a folder; raises `ScenarioError` if there is no valid one, or a file is missing or changed."""
     again, place = "save it again with this version of rx90", one_line(folder / RECORD)
     try:
         record = validated_table(RecordFile, read_json(folder / RECORD), place, ScenarioError)
@@ -165,11 +161,7 @@ def read_record(folder: Path) -> RecordFile:
 
 
 def read_result(folder: Path, kind: type[Kept], name: str = RESULT) -> Kept:
-    """Read the result in a file of a folder.
-
-    Raises:
-        ScenarioError: If it is of another kind or version.
-    """
+    """Read the result in a file of a folder; raises `ScenarioError` if it is of another kind or version."""
     path = folder / name
     try:
         return kind.model_validate(read_json(path))
@@ -216,10 +208,7 @@ def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own
 
 
 def again(folder: Path, record: RecordFile) -> str:
-    """Return the command that repeats an identification or check from a folder.
-
-    The nominal gains of a check are those of the robot, not in a file.
-    """
+    """Return the command that repeats an identification or check from a folder; a check has no file of its gains."""
     model, payload = str(folder / record.robot.model), [] if record.payload is None else [str(folder / record.payload)]
     if record.kind == "check":
         words = ["rx90", "check", model, *(str(folder / m.recording) for m in record.motions if m.payload is None)]

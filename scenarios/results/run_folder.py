@@ -122,9 +122,7 @@ def _motions(setup: Setup) -> tuple[MotionTable, ...]:
 def scene_digest(scenario: Scenario) -> str:
     """Return the SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
 
-    Raises:
-        ScenarioError: If a file is missing.
-        PlantError: If the robot's files cannot be read.
+    Raises `ScenarioError` if a file is missing, `PlantError` if the robot's files cannot be read.
     """
     stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
     whole = {

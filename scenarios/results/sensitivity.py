@@ -186,8 +186,7 @@ class Budget(ResultModel):
     def of(cls, scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> "Budget":
         """Compute the budget of a sensitivity study.
 
-        Raises:
-            ScenarioError: If no trial gave the gain of a joint that should have one; if a part is damaged.
+        Raises `ScenarioError` if no trial gave the gain of a joint that should have one; if a part is damaged.
         """
         limits, rows = scenario.table.tolerance, folder.table(NEEDED)
         wanted = [joint for joint, identifiable in enumerate(limits.identifiable, 1) if identifiable]

@@ -25,10 +25,8 @@ class Progress:
     """State of the work; this class reports nothing.
 
     Attributes:
-        name: Current stage.
         total: Amount of work in any unit, None if unknown.
         done: Finished amount, including that finished earlier.
-        note: Last remark.
     """
 
     def __init__(self, name: str = "", total: float | None = None, done: float = 0.0) -> None:

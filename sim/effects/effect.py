@@ -6,8 +6,9 @@ object there, `ModelErrors`, and each method is called on it as that of its own 
 method may read any value, but calls functions and not methods.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
 from typing import ClassVar
 
 import mujoco
@@ -24,8 +25,6 @@ class Build:
     """The plant of a model, without its errors.
 
     Attributes:
-        robot: The arm.
-        drives: Its true drives.
         earlier: Number of earlier motions of the robot in the same experiment.
         step: Physics step [s].
     """
@@ -72,6 +71,8 @@ class ControlStep:
 
 Term = Callable[[ControlStep], None]
 """Function of an effect in a control period."""
+Stacked = Mapping[str, Array]
+"""Numbers of B simulations by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,10 +110,16 @@ class Effect:
         """Return whether the values act in every control period."""
         return False
 
+    @classmethod
+    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Return the function that acts in a control period on B simulations; an effect with a memory has its own."""
+        names = [each.name for each in fields(cls)]
+        return partial(cls.act, dict(zip(names, each_value(values, *names), strict=True)), drives_of(builds))
+
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Return the function that acts in a control period on B simulations with these values and builds."""
-        raise NotImplementedError("an effect that varies has a term")
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        """Change a control step, with values of shape (B, 1) and parameters of the drives, (B, n), by their names."""
+        raise NotImplementedError("an effect that varies acts")
 
     def along(self, build: Build) -> Term | None:
         """Return the term of one simulation that receives all its steps together, in order; None if there is none."""
@@ -124,6 +131,7 @@ def each_value(values: Sequence[object], *names: str) -> list[Array]:
     return [np.array([[getattr(each, name)] for each in values]) for name in names]
 
 
-def each_drive(builds: Sequence[Build], *names: str) -> list[Array]:
-    """Return parameters of the drives of B simulations by name, each of shape (B, n)."""
-    return [np.stack([np.asarray(getattr(each.drives, name), dtype=np.float64) for each in builds]) for name in names]
+def drives_of(builds: Sequence[Build]) -> dict[str, Array]:
+    """Return the parameters of the drives of B simulations by name, each of shape (B, n)."""
+    names = [each.name for each in fields(DriveTruth)]
+    return {name: np.stack([np.asarray(getattr(each.drives, name), np.float64) for each in builds]) for name in names}

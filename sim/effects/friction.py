@@ -19,7 +19,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive, each_value
+from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, each_value
 from sim.effects.transmissions import coupling_tendons
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
@@ -65,13 +65,8 @@ class Stribeck(Effect):
         return self.stribeck > 0.0
 
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        share, fall = each_value(values, "stribeck", "stribeck_speed")
-
-        def add(step: ControlStep) -> None:
-            step.friction[:] *= 1.0 + share * np.exp(-((step.speed / fall) ** 2))
-
-        return add
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        step.friction[:] *= 1.0 + values["stribeck"] * np.exp(-((step.speed / values["stribeck_speed"]) ** 2))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,15 +85,10 @@ class FrictionByDirection(Effect):
         return bool(self.coulomb_by_direction or self.viscous_by_direction)
 
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        dry, viscous = (0.5 * each for each in each_value(values, "coulomb_by_direction", "viscous_by_direction"))
-
-        def add(step: ControlStep) -> None:
-            direction = np.sign(step.speed)
-            step.friction[:] *= 1.0 + dry * direction
-            step.damping[:] *= 1.0 + viscous * direction
-
-        return add
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        direction = 0.5 * np.sign(step.speed)
+        step.friction[:] *= 1.0 + values["coulomb_by_direction"] * direction
+        step.damping[:] *= 1.0 + values["viscous_by_direction"] * direction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,15 +111,11 @@ class ViscousCurve(Effect):
         return self.viscous_curve > 0.0
 
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
         """Add it as dry friction, whose direction the constraint solver finds: a root is steep at zero speed."""
-        share, power, speed = each_value(values, "viscous_curve", "viscous_power", "viscous_speed")
-
-        def add(step: ControlStep) -> None:
-            step.friction[:] += share * step.damping * speed * np.abs(step.speed / speed) ** power
-            step.damping[:] *= 1.0 - share
-
-        return add
+        share, speed = values["viscous_curve"], values["viscous_speed"]
+        step.friction[:] += share * step.damping * speed * np.abs(step.speed / speed) ** values["viscous_power"]
+        step.damping[:] *= 1.0 - share
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,19 +140,13 @@ class LoadFriction(Effect):
         return max(self.load_friction, self.transmitted_friction, self.gear_friction) > 0.0
 
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        gain, offset = each_drive(builds, "gain", "amplifier_offset")
-        share, per_torque, per_gear = each_value(values, "load_friction", "transmitted_friction", "gear_friction")
-        per_current = share * np.abs(gain)  # (B, n)
-
-        def add(step: ControlStep) -> None:
-            own = slice(offset.shape[1])
-            speed = step.speed[:, own]
-            carried = step.transmitted + step.friction[:, own] * np.sign(speed) + step.damping[:, own] * speed
-            load = per_current * np.abs(step.v - offset) + per_torque * np.abs(step.transmitted)
-            step.friction[:, own] += load + per_gear * np.abs(carried)
-
-        return add
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        own = slice(step.v.shape[1])
+        speed, per_current = step.speed[:, own], values["load_friction"] * np.abs(drives["gain"])
+        carried = step.transmitted + step.friction[:, own] * np.sign(speed) + step.damping[:, own] * speed
+        load = per_current * np.abs(step.v - drives["amplifier_offset"])
+        load += values["transmitted_friction"] * np.abs(step.transmitted)
+        step.friction[:, own] += load + values["gear_friction"] * np.abs(carried)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,8 +180,8 @@ class Presliding(Effect):
     def varies(self) -> bool:
         return self.presliding > 0.0
 
-    @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+    @classmethod
+    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
         (distance,) = each_value(values, "presliding")
         builds_up = distance > 0.0
         distance = np.where(builds_up, distance, 1.0)

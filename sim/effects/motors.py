@@ -20,7 +20,7 @@ from annotated_types import Interval, Unit
 
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive, each_value
+from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives_of, each_value
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
 
@@ -46,16 +46,10 @@ class Cogging(Effect):
         return self.cogging > 0.0 or self.torque_ripple > 0.0
 
     @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
-        waves, ripple, cogging = each_value(values, "motor_waves", "torque_ripple", "cogging")
-        ripple, cogging = ripple * gain, cogging * np.abs(gain) * limit  # (B, n)
-
-        def add(step: ControlStep) -> None:
-            angle = waves * step.q
-            step.torque[:] += ripple * np.sin(angle + PHASE) * (step.v - offset) - cogging * np.sin(angle)
-
-        return add
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        gain, angle = drives["gain"], values["motor_waves"] * step.q
+        ripple = values["torque_ripple"] * gain * np.sin(angle + PHASE) * (step.v - drives["amplifier_offset"])
+        step.torque[:] += ripple - values["cogging"] * np.abs(gain) * drives["current_limit"] * np.sin(angle)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +84,10 @@ class Temperature(Effect):
             self.gain_by_temperature or self.coulomb_by_temperature or self.viscous_by_temperature
         )
 
-    @staticmethod
-    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
+    @classmethod
+    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+        drives = drives_of(builds)
+        gain, offset, limit = drives["gain"], drives["amplifier_offset"], drives["current_limit"]
         warming, time = each_value(values, "motor_warming", "warming_time")
         by_gain, by_coulomb, by_viscous = each_value(
             values, "gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature"

@@ -53,11 +53,7 @@ def noise_streams(rng: np.random.Generator) -> NoiseStreams:
 
 
 def check_rate(options: SensorOptions, rate_hz: float) -> None:
-    """Check that the values of sensors fit their sampling rate.
-
-    Raises:
-        PlantError: If one does not.
-    """
+    """Check that the values of sensors fit their sampling rate [Hz]; raises `PlantError` if one does not."""
     for sensor in SENSORS.values():
         sensor.fits(options, rate_hz)
         if sensor is LogRate:
@@ -65,10 +61,7 @@ def check_rate(options: SensorOptions, rate_hz: float) -> None:
 
 
 def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: NoiseStreams | None) -> Log:
-    """Return the log of a motion from readings and current references, both (N, n), at a rate [Hz].
-
-    Without streams there are no random effects.
-    """
+    """Return the log of readings and current references, (N, n), at a rate [Hz]; without streams nothing is random."""
     log = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz)
     for sensor in SENSORS.values():
         if streams is not None or not sensor.streams:

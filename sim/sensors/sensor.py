@@ -18,11 +18,7 @@ from sim.errors import PlantError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseStreams:
-    """Random numbers of one motion, with a generator for each kind of noise.
-
-    Attributes:
-        generators: Generators by the name of the kind.
-    """
+    """Random numbers of one motion, with a generator for each kind of noise."""
 
     generators: Mapping[str, np.random.Generator]
 
@@ -57,7 +53,6 @@ class Noise:
     """First-order model of one kind of noise: factors of independent numbers of unit variance.
 
     Attributes:
-        stream: Name of the random numbers.
         q: Factor for positions [rad], broadcasts to (N, n).
         v: Factor for currents [drive units], broadcasts to (N, n).
         shared: Whether all joints have the same number in a sample.

@@ -44,8 +44,7 @@ def open_arrays(path: Path, _: LogDescription) -> Table:
 def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
     """Return the table of arrays of shape (N,) or (N, width), with or without named fields.
 
-    Raises:
-        RecordingError: If an array is transposed; `load`, if a column is not numeric or has another length.
+    Raises `RecordingError` if an array is transposed; `load`, if a column is not numeric or has another length.
     """
     lengths = [len(each) for each in arrays.values() if each.ndim == 1]
     samples = max(lengths, default=MOST_COLUMNS if "" in arrays else 0)

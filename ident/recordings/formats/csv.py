@@ -45,9 +45,8 @@ _QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 def open_csv(path: Path, description: LogDescription) -> Table:
     """Find header, separator and decimal sign of a text, unless declared.
 
-    Raises:
-        RecordingError: If the file is not text, or has no header; `load` names line and column of a cell that is not a
-            number.
+    Raises `RecordingError` if the file is not text, or has no header; `load` names line and column of a cell that
+    is not a number.
     """
     stated, place = description.text, one_line(path)
     lines = _lines(path, stated.encoding)
@@ -160,11 +159,7 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _lines(path: Path, encoding: str | None) -> list[str]:
-    """Return the lines of a text, in its declared encoding, that of its byte order mark, UTF-8, or else Latin-1.
-
-    Raises:
-        RecordingError: If it cannot be read or is not text.
-    """
+    """Return the lines of a text, in its declared encoding, that of its byte order mark, UTF-8, or else Latin-1."""
     place = one_line(path)
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):

@@ -47,20 +47,12 @@ DEGREES = ("openarm_follower", "bi_openarm_follower")
 """Types of robots that LeRobot always logs in degrees and newton metres (its `DamiaoMotorsBus`)."""
 
 
-def _is_version(value: object) -> bool:
-    return isinstance(value, str) and value.startswith("v3.")
-
-
-def _is_rate(value: object) -> bool:
-    return is_number(value) and value > 0.0
-
-
 KEYS = {
     "codebase_version": Key(
         "v3.0; convert v2.1 with LeRobot: python -m lerobot.scripts.convert_dataset_v21_to_v30 --repo-id=USER/NAME",
-        _is_version,
+        lambda value: isinstance(value, str) and value.startswith("v3."),
     ),
-    "fps": Key("the frames per second, a number above 0", _is_rate),
+    "fps": Key("the frames per second, a number above 0", lambda value: is_number(value) and value > 0.0),
     "features": Key("an object with one entry per feature", is_table),
 }
 """Needed keys of `meta/info.json`."""

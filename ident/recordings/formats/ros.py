@@ -38,9 +38,8 @@ LARGEST_CHUNK = 1_000_000_000
 def open_ros(path: Path, description: LogDescription) -> Table:
     """Read the messages of one topic.
 
-    Raises:
-        RecordingError: If `rosbags` is missing, the file is not a bag, or a topic must be chosen; `load`, if joints are
-            not in the same messages.
+    Raises `RecordingError` if `rosbags` is missing, the file is not a bag, or a topic must be chosen; `load`, if
+    joints are not in the same messages.
     """
     place = one_line(path)
     if path.suffix.lower() == ".bag":

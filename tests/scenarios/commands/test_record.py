@@ -21,8 +21,9 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import read_payload
 from scenarios.cli import OneLineParser, main
 from scenarios.commands import COMMANDS, command
-from scenarios.design.record import SETTINGS, Recorded, Sampled
+from scenarios.design.record import SETTINGS, Recorded
 from scenarios.experiments.motions import read_motion, write_motion
+from sim.feedforward_currents import States
 from sim.trajectory import FourierTrajectory, at_rest
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
@@ -184,7 +185,7 @@ def test_exceeded_limits_are_named(tmp_path, capsys):
     robot = SimpleNamespace(max_velocity=np.array([1.0, 2.0]), max_acceleration=np.array([3.0, 4.0]))
     arm = SimpleNamespace(n=2, joint_names=("a", "b"), lower=np.full(2, -9.0), upper=np.full(2, 9.0))
     setup = SimpleNamespace(plant=SimpleNamespace(robot=robot), structure=SimpleNamespace(arm=arm))
-    motion = Sampled(np.arange(2.0), np.zeros((2, 2)), np.array([[-1.1, 0.0]] * 2), np.array([[0.0, 4.1]] * 2))
+    motion = States(np.arange(2.0), np.zeros((2, 2)), np.array([[-1.1, 0.0]] * 2), np.array([[0.0, 4.1]] * 2))
     assert Recorded.of(setup, motion).beyond_limits == ["joint 1: speed", "joint 2: acceleration"]
 
 

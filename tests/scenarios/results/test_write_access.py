@@ -1,15 +1,16 @@
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
-from scenarios.command_line.output import claim
+from scenarios.command_line.output import right_to_write
 from scenarios.support.errors import ScenarioError
 
 NAMES = ("a.txt", "b.txt")
 
 
-def held(folder, *, command="rx90 test", force=False, reads=()):
-    return claim(folder, NAMES, command=command, force=force, reads=reads)
+def held(folder, names=NAMES, *, command="rx90 test", force=False, reads=()):
+    return right_to_write(Namespace(force=force, motions=list(reads)), folder, names, command=command)
 
 
 def write(folder, text, **more):
@@ -22,7 +23,7 @@ def test_a_command_writes_again_over_its_own_unchanged_files_and_leaves_those_of
     folder = tmp_path / "deep" / "er"
     write(folder, "first")
     (folder / "else.txt").write_text("mine")
-    with claim(folder, ["c.txt"], command="rx90 other", force=False, reads=()).writing():
+    with held(folder, ["c.txt"], command="rx90 other").writing():
         (folder / "c.txt").write_text("other")
     write(folder, "second")  # the record of the other command does not replace ours
     assert [(folder / name).read_text() for name in ("b.txt", "c.txt", "else.txt")] == ["second", "other", "mine"]
@@ -64,13 +65,13 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that takes no files, even from root")
 def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_asked_for():
     with pytest.raises(ScenarioError, match=r"^/proc/q/z\.csv: cannot be written: /proc: No such file or directory$"):
-        claim(Path("/proc/q"), ["z.csv"], command="rx90 test", force=False, reads=())
+        held(Path("/proc/q"), ["z.csv"])
     with pytest.raises(ScenarioError, match=r"^/proc: cannot be written: "):
         held(Path("/proc"))
 
 
 def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch):
-    ours = claim(tmp_path, ["a.txt"], command="rx90 test", force=False, reads=())
+    ours = held(tmp_path, ["a.txt"])
 
     def full() -> None:
         with ours.writing(), open("/dev/full", "w") as out:  # an error without a name, as of a file's own write

@@ -22,6 +22,7 @@ from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
+from sim.effects.motors import gain_at
 from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
@@ -101,8 +102,14 @@ class Simulated:
 
     @property
     def truth(self) -> DriveTruth:
-        """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets."""
-        return self.setup.plant.drives
+        """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets.
+
+        A gain that depends on the current is that at the rms current of the first motion with a payload.
+        """
+        plant, loaded = self.setup.plant, [each.loaded for each in self.setup.experiments]
+        currents = self.recordings[loaded.index(True) if any(loaded) else 0].v
+        gain = gain_at(plant.errors, plant.drives, np.sqrt(np.mean(currents**2, axis=0)))
+        return replace(plant.drives, gain=gain)
 
     @property
     def motions(self) -> tuple[Experiment, ...]:
@@ -228,7 +235,7 @@ def identified(simulated: Simulated) -> Run:
         **{each.name: getattr(simulated, each.name) for each in fields(Simulated)},
         identification=found,
         identify_s=time.perf_counter() - started,
-        verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
+        verdict=judge(found.estimate, simulated.truth.gain, table.tolerance, expectation=setup.scenario.expectation),
         cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
     )
 

@@ -17,7 +17,7 @@ from sim.effects.friction import (
     ViscousCurve,
 )
 from sim.effects.geometry import BaseTilt, GravitySpringErrors, MovedFrames, ZeroErrors
-from sim.effects.motors import Cogging, Temperature
+from sim.effects.motors import Cogging, GainLaws, Temperature
 from sim.effects.transmissions import Backlash, JointElasticity, WristCoupling
 
 
@@ -26,6 +26,7 @@ class ModelErrors(
     ZeroErrors,  # the order of keys is from last to first
     Presliding,
     Backlash,
+    GainLaws,
     Cogging,
     ViscousCurve,
     Temperature,
@@ -57,6 +58,7 @@ EFFECTS: Mapping[str, type[Effect]] = {
     "viscous_curve": ViscousCurve,  # of viscous friction as it is then
     "load_friction": LoadFriction,
     "cogging": Cogging,
+    "gain_laws": GainLaws,
     "presliding": Presliding,  # after all that is dry friction
 }
 """The effects, in the order in which they act."""

@@ -1,6 +1,8 @@
-"""Effects of the motors: torque that is periodic over their position, and temperature.
+"""Effects of the motors: torque that is periodic over their position, gains that vary, and temperature.
 
     cogging, ripple    tau = (1 + torque_ripple sin(k q + 1)) g (v - v0) - cogging |g| v_max sin(k q),  k = motor_waves
+    gain laws          tau = (1 - falls |v / v_max| - bends (v / v_max)^2 + gain_by_sign sign(v) / 2 + d) g (v - v0)
+                       1 + d = (1 + gain_drift)^k in the motion after k others
     temperature        T dx/dt = W (v / v_max)^2 - x          W motor_warming, T warming_time, x the rise above cold
                        tau = g (1 + gain_by_temperature x) (v - v0)
                        Fc exp(coulomb_by_temperature x),  Fv exp(viscous_by_temperature x)
@@ -12,7 +14,7 @@ experiment (`sim.experiment`), with v = 0 during the rests.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -53,6 +55,63 @@ class Cogging(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
+class GainLaws(Effect):
+    """Gains that depend on size and sign of the current and change from motion to motion.
+
+    Attributes:
+        torque_constant_falls: Relative fall of a gain from zero to the largest current, in proportion to the current,
+            as iron saturates.
+        torque_constant_bends: The same in proportion to the square of the current.
+        gain_by_sign: Gain at positive minus that at negative current, as a share of their mean.
+        gain_drift: Relative change of a gain from each motion to the next.
+    """
+
+    torque_constant_falls: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
+    torque_constant_bends: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
+    gain_by_sign: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
+    gain_drift: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
+
+    def fits(self, robot: Robot, drives: DriveTruth) -> None:
+        if self.torque_constant_falls or self.torque_constant_bends:
+            _refuse_no_limit("torque_constant_falls and torque_constant_bends refer", drives)
+
+    def varies(self) -> bool:
+        return any((self.torque_constant_falls, self.torque_constant_bends, self.gain_by_sign, self.gain_drift))
+
+    @classmethod
+    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+        drives = drives_of(builds)
+        falls, bends, by_sign, drift = each_value(values, *(each.name for each in fields(cls)))
+        drifted = (1.0 + drift) ** np.array([[each.earlier] for each in builds]) - 1.0
+
+        def add(step: ControlStep) -> None:
+            law = drifted + 0.5 * by_sign * np.sign(step.v) - _fall(falls, bends, step.v, drives["current_limit"])
+            step.torque[:] += law * drives["gain"] * (step.v - drives["amplifier_offset"])
+
+        return add
+
+
+def gain_at(values: GainLaws, drives: DriveTruth, current: Array) -> Array:
+    """Return the gains at stated currents [drive units] in the first motion, mean of both signs, shape (n,)."""
+    fall = _fall(values.torque_constant_falls, values.torque_constant_bends, current, drives.current_limit)
+    return drives.gain * (1.0 - fall)
+
+
+def _fall(falls: Array | float, bends: Array | float, current: Array, limit: Array) -> Array:
+    share = np.abs(current) / np.where(limit > 0.0, limit, np.inf)
+    return falls * share + bends * share**2
+
+
+def _refuse_no_limit(what: str, drives: DriveTruth) -> None:
+    limit = np.asarray(drives.current_limit)
+    if not limit.all():
+        joint = int(np.argmin(limit)) + 1
+        raise PlantError(
+            f"errors: {what} to the current limit, but current_limit of joint {joint} is 0; state one above 0"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Temperature(Effect):
     """Warming of the drives and its effects.
 
@@ -71,12 +130,8 @@ class Temperature(Effect):
     viscous_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        limit = np.asarray(drives.current_limit)
-        if self.motor_warming and not limit.all():
-            raise PlantError(
-                "errors: motor_warming refers to the current limit, but current_limit of joint "
-                f"{int(np.argmin(limit)) + 1} is 0; state one above 0"
-            )
+        if self.motor_warming:
+            _refuse_no_limit("motor_warming refers", drives)
 
     def varies(self) -> bool:
         """Return whether drives warm up and a parameter depends on it."""

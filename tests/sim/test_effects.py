@@ -9,8 +9,9 @@ from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams, try_record
 
 from sim.effects import EFFECTS, ModelErrors
+from sim.effects.motors import gain_at
 from sim.effects.transmissions import FASTEST_MODE
-from sim.engine import Engine, Simulation, varied
+from sim.engine import Engine, Simulation, Varying, varied
 from sim.errors import PlantError
 from sim.plant import Plant, plant_model, resting
 
@@ -233,6 +234,10 @@ STRONG = ModelErrors(
     cogging=0.004,
     torque_ripple=0.03,
     motor_waves=200.0,
+    torque_constant_falls=0.07,
+    torque_constant_bends=0.05,
+    gain_by_sign=-0.06,
+    gain_drift=0.02,
     viscous_curve=0.5,
     viscous_speed=0.7,
     motor_warming=5e3,
@@ -246,8 +251,8 @@ STRONG = ModelErrors(
 class Loop:
     """The laws written out again around `mj_step`, link torques from Pinocchio."""
 
-    def __init__(self, plant: Plant, start: np.ndarray) -> None:
-        self.errors, self.drives = plant.errors, plant.drives
+    def __init__(self, plant: Plant, start: np.ndarray, earlier: int) -> None:
+        self.errors, self.drives, self.earlier = plant.errors, plant.drives, earlier
         self.model = plant_model(plant, loaded=True, step=1e-3)
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = start
@@ -269,6 +274,8 @@ class Loop:
         dry[:6] += 0.04 * np.abs(drive) + 0.07 * np.abs(self.link) + 0.05 * np.abs(geared)
         torque = -0.004 * self.x * drive + 0.03 * np.sin(200 * q + 1) * drive
         torque -= 0.004 * np.abs(d.gain) * d.current_limit * np.sin(200 * q)
+        share = np.abs(v) / d.current_limit
+        torque -= (0.07 * share + 0.05 * share**2 + 0.03 * np.sign(v) - (1.02**self.earlier - 1)) * drive
         if e.presliding:
             torque -= TURNS.T @ (dry * self.s)
             self.s = side + (self.s - side) * np.exp(-1e-3 * np.abs(speed) / e.presliding)
@@ -287,9 +294,9 @@ def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leav
     errors = replace(STRONG, presliding=presliding, viscous_power=power)
     wired = DRIVES.gain * [1, -1, 1, -1, 1, -1]
     plants = [nominal_plant(errors=errors, gain=wired), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
-    entries = [simulation_of(plant, step=1e-3) for plant in plants]
+    entries = [simulation_of(plant, step=1e-3, earlier=3) for plant in plants]
     assert entries[1].varied is None
-    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q)
+    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q, earlier=3)
     plain, data = entries[1].model, mujoco.MjData(entries[1].model)
     data.qpos[:] = Q
     for v in np.random.default_rng(0).uniform(-40, 40, (80, 6)):
@@ -394,12 +401,29 @@ def test_effects_that_a_plant_has_no_place_for_are_refused():
             plant_model(nominal_plant(errors=ModelErrors(**values), **drives), loaded=False, step=STEP)
 
 
+def test_a_gain_at_a_current_is_torque_per_current_there_without_the_offset_and_the_mean_of_both_signs():
+    errors = ModelErrors(torque_constant_falls=0.07, torque_constant_bends=0.05, gain_by_sign=-0.06)
+    plant = nominal_plant(errors=errors, amplifier_offset=np.zeros(6), coulomb_asymmetry=np.zeros(6))
+    entry = simulation_of(plant, step=STEP)
+    still = dict.fromkeys(("dq", "ddq", "rubbing"), np.zeros((1, 6)))
+    torques = [
+        plant.drives.gain * v
+        + Varying([entry.varied], [entry.model], period=STEP).torque(t=0.0, q=Q[None], v=v[None], **still)[0]
+        for v in (V, -V)
+    ]
+    np.testing.assert_allclose((torques[0] - torques[1]) / (2.0 * V), gain_at(errors, plant.drives, V), rtol=1e-12)
+
+
 def test_each_size_by_itself_switches_its_effect_on_and_a_shape_or_warmth_without_consequence_does_not():
     for names, values in (
         (["load_friction"], {"transmitted_friction": 0.1}),
         (["load_friction"], {"load_friction": 0.1}),
         (["cogging"], {"cogging": 0.01}),
         (["cogging"], {"torque_ripple": 0.1}),
+        (["gain_laws"], {"torque_constant_falls": 0.05}),
+        (["gain_laws"], {"torque_constant_bends": -0.05}),
+        (["gain_laws"], {"gain_by_sign": -0.02}),
+        (["gain_laws"], {"gain_drift": -0.01}),
         (["viscous_curve"], {"viscous_curve": 0.5}),
         (["presliding"], {"presliding": 3e-4}),
         (["temperature"], {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from one_process import Outcome, carried_out
 from places import ROOT
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 from recipes import PACKAGES, RECIPES, follow
 
 import rx90_mjcf
@@ -30,7 +30,7 @@ Outcomes = dict[str, Outcome]
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory) -> Run:
-    return load(str(quick_scenario(tmp_path_factory.mktemp("quick")))).run()
+    return load(str(quick_scenario(tmp_path_factory.mktemp("quick"), lasts=BRIEF))).run()
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def followed(plain, tmp_path_factory) -> tuple[Path, Path, Outcomes]:
     write_recording(Recording(log.t[700:], log.q[700:], log.v[700:]), work / "late.parquet")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
-    # `nominal` moves for 6 s here, and its gains are identified joint by joint
+    # `nominal` moves for 4 s here, and its gains are identified joint by joint
     shutil.copy(plain.setup.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
     with (packages / "scenarios/catalog/nominal.toml").open("a") as nominal:
         nominal.write('[identification]\nmethod = "ls-2011"\n')

@@ -24,6 +24,7 @@ from scenarios.rendering.content import Mood
 from scenarios.support.errors import ScenarioError
 
 QUIET = Console(quiet=True)
+pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
 LIMITS = Limits(time_s=60.0)
 STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:refuses", "method_stubs:raises")
 
@@ -119,10 +120,11 @@ def test_other_methods_other_limits_and_changed_files_are_another_study(scenario
 # The command
 
 
+@pytest.mark.usefixtures("_at_home")
 def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, capsys):
     methods = ["--method", STUBS[1], "--method", "exec: false"]
     words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
-    assert main([*words, "--seed", "5", "--json", "--jobs", "1"]) == 0
+    assert main([*words, "--seed", "5", "--json"]) == 0
     said = printed(capsys, "compare")
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
     text = (tmp_path / "o" / "report.md").read_text()

@@ -26,28 +26,10 @@ def opengl() -> None:
         pytest.skip("this machine has no EGL to draw with")
 
 
-TWICE = """
-import sys
-import scenarios.support.progress as progress
-from scenarios.cli import main
-progress.FIRST_LINE = 600.0  # no sign of life on slow machines
-sys.exit(main(sys.argv[1:]) or main(sys.argv[1:]))
-"""
-
-
 def test_a_picture_of_both_motions_is_drawn(opengl, tmp_path):
     path = tmp_path / "both.png"
-    words = ["view", "nominal", "--render", str(path), "--width", "300", "--height", "170"]
-    done = subprocess.run(
-        [sys.executable, "-c", TWICE, *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=ROOT,
-        env=os.environ | {"MUJOCO_GL": "egl"},
-    )
-    said = f"{path}: 1 picture of 300 x 170\n"
-    assert (done.returncode, done.stdout, done.stderr) == (0, 2 * said, "")  # the second over its own file
+    done = views("nominal", "--render", path, "--width", "300", "--height", "170", "--quiet", MUJOCO_GL="egl")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{path}: 1 picture of 300 x 170\n", "")
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
     assert pixels.shape == (170, 300, 3)
     yellow = (pixels[..., 0] > 150) & (pixels[..., 2] < 90)  # both arms

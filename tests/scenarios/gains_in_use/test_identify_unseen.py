@@ -19,6 +19,7 @@ from scenarios.results.record import read_result
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_identify_and_python_predict_a_motion_better_than_a_data_sheet(weighed_cell, tmp_path, sheet, capsys):
     words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell), "--compare-with", sheet]
     assert main([*words, "--json", "--save", str(tmp_path / "saved")]) == 0
@@ -43,6 +44,7 @@ def test_identify_and_python_predict_a_motion_better_than_a_data_sheet(weighed_c
     np.testing.assert_allclose([same.rel_error, same.other_rel_error], [unseen["rel_error"], unseen["other_rel_error"]])
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_fails(weighed_cell, tmp_path, capsys):
     words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell)[:2], "--unseen-payload"]
     for factor, status, said in (
@@ -60,6 +62,7 @@ def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_f
     assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weighed_cell, tmp_path, capsys):
     run = weighed_cell / "run"
     words = [*identified(weighed_cell), *PLAIN]

@@ -92,12 +92,6 @@ def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
     del result["gains"][2]["std"]
     with pytest.raises(jsonschema.ValidationError, match="'std' is a required property"):
         checked(result, "result")
-    main(
-        ["identify", "--model", str(rx90_mjcf.MJCF), "--json"]
-        + [w for n in ("unloaded", "loaded") for w in (f"--{n}", str(tmp_path / "run" / f"{n}.parquet"))]
-        + ["--payload", str(tmp_path / "run" / "payload.toml")]
-    )
-    checked(json.loads(capsys.readouterr().out), "result")
     fits_the_schema_that_it_names(tmp_path / "run" / "payload.toml", "payload")
 
 

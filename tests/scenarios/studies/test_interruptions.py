@@ -24,8 +24,7 @@ from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
 
 DEADLINE = 120.0
-TRIALS = 12
-"""On two workers, chunks of two trials."""
+TRIALS = 6
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 import json
-import subprocess
-import sys
+import resource
 
 import numpy as np
 import pandas as pd
@@ -151,20 +150,15 @@ def test_what_a_crash_left_half_written_is_cleared_away(tmp_path):
 
 def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
     # A limit on the size of files stands in for a full disk: the same failing write.
-    code = (
-        "import resource, signal, sys\n"
-        "sys.path.insert(0, sys.argv[2])\n"
-        "from pathlib import Path\n"
-        "from test_study_folder import opened, part\n"
-        "with opened(Path(sys.argv[1])) as folder:\n"
-        "    folder.keep(part(0, 0))\n"
-        "    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
-        "    folder.keep(part(1, 1))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path), str(__file__).rpartition("/")[0]], capture_output=True, text=True
-    )
-    assert "00000001-00000001.parquet: cannot be written: File too large; finished trials are kept" in done.stderr
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    said = r"00000001-00000001\.parquet: cannot be written: File too large; finished trials are kept"
+    with opened(tmp_path) as folder:
+        folder.keep(part(0, 0))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, hard))
+        try:
+            with pytest.raises(ScenarioError, match=said):
+                folder.keep(part(1, 1))
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert [path.name for path in (tmp_path / "trials").iterdir()] == ["00000000-00000000.parquet"]
     assert not (tmp_path / ".unfinished").exists()

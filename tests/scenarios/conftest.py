@@ -9,6 +9,7 @@ import pytest
 from here import HERE
 from model_files import mjcf
 from protocols import protocol_setup
+from quick import BRIEF, RANDOM, quick_scenario
 from undiagnosed import undiagnosed
 from weighed_cell import make_cell
 
@@ -71,6 +72,12 @@ def _undiagnosed() -> Iterator[None]:
 def _all_undiagnosed() -> Iterator[None]:
     with undiagnosed():
         yield
+
+
+@pytest.fixture(scope="session")
+def scenario(tmp_path_factory) -> Path:
+    """A quick one whose gains are drawn; a third of its trials are too heavy for the drives."""
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from bad_files import refused
 from here import HERE
 from places import ROOT
 from printed import printed
-from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
 from scenarios.benchmark.comparison import ComparedScenario, Comparison
@@ -43,11 +42,6 @@ def _calls_in_this_process():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("scenarios.benchmark.study.call", called_here)
         yield
-
-
-@pytest.fixture(scope="module")
-def scenario(tmp_path_factory):
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 # The study

@@ -5,11 +5,12 @@ import sys
 import time
 
 import pytest
-from one_process import carried_out
+from one_process import carried_out, rx90
 from places import ROOT
 from quick import BRIEF, quick_scenario
 from signals import as_in_the_foreground
 from undiagnosed import undiagnosed
+from weighed_cell import PLAIN
 
 import rx90_mjcf
 from scenarios.cli import main
@@ -77,11 +78,6 @@ def test_a_signal_that_is_ignored_stays_so():
 OTHERS = {"pinocchio": "from .pinocchio_pywrap_default import *", "numpy": "from . import _multiarray", "coal": ""}
 
 
-def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "scenarios", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
-
-
 def test_packages_of_another_python_give_way_and_what_draws_nothing_needs_no_opengl(tmp_path):
     for name, content in OTHERS.items():
         folder = tmp_path / "ros" / name
@@ -136,7 +132,7 @@ def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
         main(["run", str(scenario), "--save", str(cell)])
     loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
     commands = {
-        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded],
+        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, *PLAIN],
         "check": ["check", "rx90", cell / "unloaded.parquet"],
         "run": ["run", scenario, "--save", folder / "again"],
     }

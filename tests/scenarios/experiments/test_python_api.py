@@ -6,7 +6,6 @@ import shutil
 import numpy as np
 import pytest
 from places import ROOT
-from quick import BRIEF, RANDOM, quick_scenario
 
 import ident
 import scenarios
@@ -27,8 +26,8 @@ def readme_lines() -> ast.Module:
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory) -> scenarios.LoadedScenario:
-    return scenarios.load(quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF))
+def quick(scenario) -> scenarios.LoadedScenario:
+    return scenarios.load(scenario)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from here import HERE
 from places import ROOT
-from quick import BRIEF, RANDOM, quick_scenario
+from quick import BRIEF, quick_scenario
 from rich.console import Console
 from study_tasks import double_or_die, slow_double
 
@@ -76,10 +76,12 @@ def workers(living):
         yield workers
 
 
-def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
-    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM, lasts=BRIEF))), 2, seed=5)
-    there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
-    here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
+def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, scenario, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
+    there, here = (
+        carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
+        for name, where in (("cluster", workers), ("home", HERE))
+    )
     pd.testing.assert_frame_equal(there, here, check_exact=True)
 
 

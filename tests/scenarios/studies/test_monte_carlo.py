@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from here import HERE
 from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
@@ -32,18 +33,9 @@ STREAMS = ["encoder", "white", "clock"]
 """Coloured noise shares the generator of white noise unless it is given one."""
 
 
-def threads(count: int) -> Workers:
-    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
-
-
 def rows_of(folder: Path) -> pd.DataFrame:
     """As any user reads a study."""
     return pd.read_parquet(folder / "trials").sort_values(["trial", "joint"], ignore_index=True)
-
-
-@pytest.fixture(scope="module")
-def scenario(tmp_path_factory) -> Path:
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +43,7 @@ def reference(scenario, tmp_path_factory) -> pd.DataFrame:
     """Uninterrupted, one after the other."""
     folder = tmp_path_factory.mktemp("reference")
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    carry_out(study, folder, threads(1), command="", console=QUIET)
+    carry_out(study, folder, HERE, command="", console=QUIET)
     return rows_of(folder)
 
 
@@ -80,7 +72,7 @@ def test_a_trial_that_fails_is_rows_with_its_reason(reference):
 
 def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    carry_out(study, tmp_path, threads(2), command="", console=QUIET)
+    carry_out(study, tmp_path, Workers(lambda: ThreadPoolExecutor(2), lambda: 2), command="", console=QUIET)
     assert len(list((tmp_path / "trials").iterdir())) > 4
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
 
@@ -125,7 +117,7 @@ def test_trials_whose_worker_dies_are_rows_that_say_so_and_are_tried_again_by_th
     assert (tmp_path / "trials" / "00000002-00000003.lost.parquet").is_file()
     pd.testing.assert_frame_equal(rows[~died], reference[~died], check_exact=True)
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "trials").glob("*[0-9].parquet")}
-    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    carry_out(study, tmp_path, HERE, command="", console=QUIET)
     assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
 
@@ -143,11 +135,11 @@ def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_
     monkeypatch.setattr(module, "CHUNKS_EACH", 1)
     with monkeypatch.context() as patched:
         patched.setattr(running, "drawn_settings", failing)
-        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+        carry_out(study, tmp_path, HERE, command="", console=QUIET)
     names = sorted(path.name for path in (tmp_path / "trials").iterdir())
     assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000004.parquet"]
     assert rows_of(tmp_path)["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
-    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    carry_out(study, tmp_path, HERE, command="", console=QUIET)
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
     assert (rows_of(tmp_path)["failure"] == "Saturated").any()
 
@@ -168,7 +160,7 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
     monkeypatch.setattr(trials, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
     with pytest.raises(ScenarioError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
-        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+        carry_out(study, tmp_path, HERE, command="", console=QUIET)
 
 
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):

@@ -97,6 +97,8 @@ def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
     assert (alone["plant.payload.mass"] != 7.025).all()
     assert (alone["experiment.sensors.current_white"] == 0.0).all()
+    noisy = rows[(rows["design"] == ALONE) & (rows["source"] == "white") & (rows["joint"] == 2)]
+    assert noisy["estimate"].nunique() == 2  # each repeat has noise of its own
     output = capsys.readouterr().out
     assert "21 trials, 2 error sources" in output
     assert "mass" in output

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 import yaml
 from places import ROOT
-from undiagnosed import undiagnosed
 
 from ident.model.arm import load_arm
 from scenarios.cli import OneLineParser, main
@@ -158,8 +157,8 @@ LEARNT = [
     DOCS / "how-to-choose.md",
     DOCS / "scaling.md",
 ]
-QUICK = ("rx90", "logs")
-"""Pages that every run of the tests follows, without diagnoses, which they do not show; the others take minutes."""
+QUICK = ("logs",)
+"""Pages that every run of the tests follows; the others take minutes together."""
 UR = ("ur-log", "use-gains")
 """Pages whose end a test of their own looks at."""
 
@@ -173,8 +172,7 @@ UR = ("ur-log", "use-gains")
     ],
 )
 def test_a_page_can_be_followed_to_its_end(page, tmp_path):
-    with undiagnosed() if page.stem in QUICK else contextlib.nullcontext():
-        follow(page, tmp_path)
+    follow(page, tmp_path)
 
 
 @pytest.mark.slow

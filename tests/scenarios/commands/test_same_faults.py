@@ -1,6 +1,5 @@
 import json
 import re
-import shlex
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -45,7 +44,7 @@ def cell(tmp_path_factory) -> Path:
     )
     setup = setup_of(load_scenario(str(folder / "cell.toml")))
     for name, log in zip(("bare", "again", "light", "heavy"), simulate(setup, 0).recordings, strict=True):
-        part = slice(0, 16_000, 4)  # 16 s at 250 Hz are read otherwise in a fraction of the time
+        part = slice(None, None, 4)  # at 250 Hz they are read otherwise in a fraction of the time
         write_recording(Recording(log.t[part], log.q[part], log.v[part]), folder / f"{name}.parquet")
     for name, payload in setup.payloads.items():
         write_payload(payload, folder / f"payload-{name}.toml")
@@ -85,7 +84,7 @@ def test_every_command_names_the_same_fault_of_the_same_logs(cell, capsys, comma
 
 def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_between_gaps(cell, tmp_path):
     log = read_recording(cell / "light.parquet")
-    gap = np.setdiff1d(np.arange(len(log.t)), range(1250, 1475))
+    gap = np.setdiff1d(np.arange(len(log.t)), range(2250, 2475))
     q = np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi
     v = log.v * [1, 1.15, 1, 1, 1, 1]
     write_recording(Recording(log.t[gap], q[gap], v[gap]), cell / "faulty.parquet")
@@ -165,7 +164,6 @@ def test_gains_of_late_currents_are_those_of_sound_logs_once_the_delay_is_undone
     assert max(differences(late)) > 1.5
     record = json.loads((tmp_path / "saved" / "record.json").read_text())
     assert abs(record["observe"]["current_delay"] + 6.8e-3) < 1e-3  # what is read again from the folder is corrected
-    again = next(text for part in page_of(tmp_path / "saved").parts if "delay=-" in (text := getattr(part, "text", "")))
-    assert [each["estimate"] for each in told(shlex.split(again)[1:])["gains"]] == [
-        each["estimate"] for each in corrected
-    ]
+    texts = (getattr(part, "text", "") for part in page_of(tmp_path / "saved").parts)
+    (again,) = [found[1] for text in texts if (found := re.search(r"delay=(-[\d.e-]+)", text))]
+    assert float(again) == record["observe"]["current_delay"]

@@ -110,7 +110,7 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich, base, na
     np.testing.assert_allclose(found, relative, rtol=0, atol=5e-4 + share * np.abs(relative).max())
 
 
-@pytest.mark.parametrize("stream", ["white", "coloured", "current_sensor"])
+@pytest.mark.parametrize("stream", ["white", "coloured", pytest.param("current_sensor", marks=pytest.mark.slow)])
 def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     # At the full rate and at one in four; 300 draws, deviations of the deviation 4 %, bounds at four of them.
     sizes = {"current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003}}.get(

@@ -9,6 +9,7 @@ from printed import fits
 from quick import quick_scenario
 
 from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.problem import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
@@ -69,7 +70,12 @@ def test_what_is_read_back_is_what_identification_was_given(done, folder):
 @pytest.mark.usefixtures("_undiagnosed")
 def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
     found = read_problem(folder)
-    options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "policy": SIMULATED}
+    options = {
+        "options": AllJointsOptions(friction="viscous-coulomb"),
+        "observing": OBSERVING,
+        "gains": GAINS,
+        "policy": SIMULATED,
+    }
     direct = identify(done.setup.structure, as_identified(done.setup, done.recordings), **options)
     read = identify(found.arm, found.motions, **options)
     pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))

@@ -25,9 +25,15 @@ FILES = [path for package in ALLOWED for path in sorted((ROOT / package).rglob("
 
 
 @cache
+def nodes(path) -> list[ast.Import | ast.ImportFrom | ast.Raise]:
+    kinds = (ast.Import, ast.ImportFrom, ast.Raise)
+    return [node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, kinds)]
+
+
+@cache
 def imported(path) -> set[str]:
     names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -90,6 +96,6 @@ def test_ident_works_without_mujoco_pandas_and_the_rest_of_the_project():
 def test_no_base_class_of_errors_is_raised():
     bases = {"ProjectError", "IdentificationError", "SimulationError"}
     for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in nodes(path):
             if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
                 assert node.exc.func.id not in bases, f"{path.relative_to(ROOT)}:{node.lineno} raises a base class"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from one_process import Outcome, carried_out
 from places import ROOT
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 from recipes import PACKAGES, RECIPES, follow
 
 import rx90_mjcf
@@ -25,17 +25,16 @@ from scenarios.results.run_folder import save_run
 GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])
 """Injected gains: published ones of the paper's table 3, and two that are assumed."""
 MORE = {"late": "rx90 check arm.xml late.parquet", "help": "rx90"}
-Outcomes = dict[str, Outcome]
 
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory) -> Run:
-    return load(str(quick_scenario(tmp_path_factory.mktemp("quick")))).run()
+    return load(str(quick_scenario(tmp_path_factory.mktemp("quick"), lasts=BRIEF))).run()
 
 
 @pytest.fixture(scope="module")
-def followed(plain, tmp_path_factory) -> tuple[Path, Path, Outcomes]:
-    """Packages, a folder with what a user has (logs, payload, model), and the last outcome of each recipe."""
+def followed(plain, tmp_path_factory) -> tuple[Path, Path]:
+    """Packages that were changed as recipes say, and a folder with what a user has: logs, payload, model."""
     packages, work = tmp_path_factory.mktemp("packages"), tmp_path_factory.mktemp("work")
     for name in PACKAGES:
         shutil.copytree(ROOT / name, packages / name)
@@ -48,30 +47,38 @@ def followed(plain, tmp_path_factory) -> tuple[Path, Path, Outcomes]:
     write_recording(Recording(log.t[700:], log.q[700:], log.v[700:]), work / "late.parquet")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
-    # `nominal` moves for 6 s here, and its gains are identified joint by joint
+    # `nominal` moves for 4 s here, and its gains are identified joint by joint
     shutil.copy(plain.setup.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
     with (packages / "scenarios/catalog/nominal.toml").open("a") as nominal:
         nominal.write('[identification]\nmethod = "ls-2011"\n')
+    return packages, work
+
+
+@pytest.fixture(scope="module")
+def outcomes(followed) -> dict[str, Outcome]:
+    """The last outcome of each recipe whose commands run."""
+    packages, work = followed
     commands = [(name, words) for name, recipe in RECIPES.items() for words in recipe.commands]
     commands += [(name, line.split()) for name, line in MORE.items()]
-    outcomes = carried_out(
+    found = carried_out(
         [words for _, words in commands],
         work,
         before="from scenarios.results.json_schemas import write_schemas; write_schemas()",
         environment={**os.environ, "PYTHONPATH": str(packages), **dict.fromkeys(ONE_THREAD, "1")},
     )
-    return packages, work, {name: outcome for (name, _), outcome in zip(commands, outcomes, strict=True)}
+    return {name: outcome for (name, _), outcome in zip(commands, found, strict=True)}
 
 
-def test_what_recipes_leave_is_as_clean_as_the_rest(followed):
+def test_recipes_fit_the_code_and_what_they_leave_is_as_clean_as_the_rest(followed):
     for words in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
         command = [sys.executable, "-m", "ruff", *words, "--config", str(ROOT / "pyproject.toml"), *PACKAGES]
         done = subprocess.run(command, cwd=followed[0], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_what_recipes_add_does_what_they_say(followed, plain):
-    packages, work, outcomes = followed
+@pytest.mark.slow  # eleven commands
+def test_what_recipes_add_does_what_they_say(followed, outcomes, plain):
+    packages, work = followed
     for name, outcome in outcomes.items():
         assert outcome.status in (0, 1), (name, outcome.err)
     said = {name: outcome.out for name, outcome in outcomes.items()}
@@ -133,7 +140,7 @@ def test_what_recipes_add_does_what_they_say(followed, plain):
 
 @pytest.mark.slow  # a second process that imports everything
 def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
-    packages, work, _ = followed
+    packages, work = followed
     contracts = {
         "tests/ident/estimation/test_estimators.py": "heavier",
         "tests/ident/estimation/test_intervals.py": "white",

@@ -157,7 +157,7 @@ LEARNT = [
     DOCS / "how-to-choose.md",
     DOCS / "scaling.md",
 ]
-QUICK = ("rx90", "logs")
+QUICK = ("logs",)
 """Pages that every run of the tests follows; the others take minutes together."""
 UR = ("ur-log", "use-gains")
 """Pages whose end a test of their own looks at."""

@@ -3,6 +3,7 @@ from importlib.metadata import version
 import numpy as np
 import pandas as pd
 import pytest
+from undiagnosed import undiagnosed
 from weighed_cell import MODEL, make_cell
 
 from bench import real as bench
@@ -14,7 +15,8 @@ from scenarios.cli import main
 def cells(tmp_path):
     """Two simulated days in the folder of a source, with published gains that are 1.1 times the true ones."""
     cell = make_cell(tmp_path)
-    main(["run", str(cell / "quick.toml"), "--seed", "7", "--save", str(tmp_path / "b"), "--quiet"])
+    with undiagnosed():
+        main(["run", str(cell / "quick.toml"), "--seed", "7", "--save", str(tmp_path / "b"), "--quiet"])
     (tmp_path / "a").symlink_to(cell / "run")
     true = pd.read_json(tmp_path / "b" / "result.json", typ="series")["gains"]
     sets = [
@@ -32,7 +34,8 @@ def cells(tmp_path):
 def test_gains_of_two_days_agree_weigh_and_predict_beside_published_ones(cells, tmp_path):
     board = bench.Board(tmp_path, tmp_path, ["ls-2011"])
     assert board.missing(cells) == []
-    board.run(cells)
+    with undiagnosed():
+        board.run(cells)
     (agree,) = board.agreeing.values()
     assert len(agree) >= 3
     assert sum(agree) >= len(agree) - 1

@@ -1,8 +1,5 @@
 """Methods of strangers, well and badly behaved; a module of its own, so that a fresh process can import it."""
 
-import os
-import sys
-
 from ident import identify
 from ident.preparation import SIMULATED
 from scenarios.results.problem_folder import GivenProblem
@@ -34,22 +31,9 @@ def constant(problem: GivenProblem) -> list[dict]:
     return _every(problem, {"estimate": 1.0, "std": 0.25})
 
 
-def half_sure(problem: GivenProblem) -> list[dict]:
-    """Gains without a deviation, the last joint refused; says a lot besides."""
-    sys.stdout.write("a line of its own\n")
-    os.system("echo another one")
-    return [{"estimate": 0.75}] * (problem.arm.n - 1) + [REFUSED]
-
-
 def refuses(problem: GivenProblem) -> list[dict]:
     return _every(problem, REFUSED)
 
 
 def raises(problem: GivenProblem) -> list[dict]:
     raise ValueError("what is this?")
-
-
-def devours(problem: GivenProblem) -> list[dict]:
-    held = []
-    while True:
-        held.append(bytearray(10**8))

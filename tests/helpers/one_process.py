@@ -1,11 +1,14 @@
 """Commands carried out one after the other in a process of their own: to import what they need takes longest."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from places import ROOT
 
 
 @dataclass(frozen=True)
@@ -59,3 +62,9 @@ def carried_out(
     )
     assert done.returncode == 0, done.stderr
     return [Outcome(*each, frozenset(modules)) for *each, modules in json.loads(done.stdout.splitlines()[-1])]
+
+
+def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
+    """A command as a user starts it, with more in its environment."""
+    command = [sys.executable, "-m", "scenarios", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)

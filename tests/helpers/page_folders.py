@@ -9,6 +9,7 @@ from method_rows import told
 from quick import RANDOM as QUICK
 from quick import quick_scenario
 from rich.console import Console
+from undiagnosed import undiagnosed
 
 from scenarios.benchmark.comparison import Comparison, compared
 from scenarios.cli import main
@@ -93,7 +94,8 @@ def _carried_out(found: Study, folder: Path, words: list[str]) -> Path:
     """A study in this process: workers of their own take seconds to import what is here."""
     here = Workers(open=lambda: ThreadPoolExecutor(1), count=lambda: 1)
     command = shlex.join(["rx90", *words, "--out", str(folder)])
-    carry_out(found, folder, here, command=command, console=Console(quiet=True))
+    with undiagnosed():
+        carry_out(found, folder, here, command=command, console=Console(quiet=True))
     return folder
 
 

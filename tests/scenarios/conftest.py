@@ -1,12 +1,16 @@
 """Shared by tests of the command line: files that are right, a run with a motion twice, and one line on stderr."""
 
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
+from here import HERE
 from model_files import mjcf
 from protocols import protocol_setup
+from quick import BRIEF, RANDOM, quick_scenario
+from undiagnosed import undiagnosed
 from weighed_cell import make_cell
 
 import scenarios.support.progress as progress
@@ -58,9 +62,35 @@ def identify(good, capsys) -> Callable[..., str]:
     return run
 
 
+@pytest.fixture
+def _undiagnosed() -> Iterator[None]:
+    with undiagnosed():
+        yield
+
+
+@pytest.fixture(scope="module")
+def _all_undiagnosed() -> Iterator[None]:
+    with undiagnosed():
+        yield
+
+
+@pytest.fixture(scope="session")
+def scenario(tmp_path_factory) -> Path:
+    """A quick one whose gains are drawn; a third of its trials are too heavy for the drives."""
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
+
+
+@pytest.fixture
+def _at_home(monkeypatch) -> None:
+    """Trials of a command in this process: `test_interruptions` has workers, which import for seconds."""
+    monkeypatch.setattr("scenarios.commands.studies.open_workers", lambda _: nullcontext(HERE))
+
+
 @pytest.fixture(scope="session")
 def repeated(tmp_path_factory) -> Run:
-    return run(protocol_setup(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded"), lasts=6.0), 5)
+    four = ("bare", "loaded", "bare", "loaded")
+    with undiagnosed():
+        return run(protocol_setup(tmp_path_factory.mktemp("repeated"), four, lasts=6.0), 5)
 
 
 @pytest.fixture(scope="session")

@@ -10,7 +10,6 @@ from bad_files import refused
 from here import HERE
 from places import ROOT
 from printed import printed
-from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
 from scenarios.benchmark.comparison import ComparedScenario, Comparison
@@ -24,6 +23,7 @@ from scenarios.rendering.content import Mood
 from scenarios.support.errors import ScenarioError
 
 QUIET = Console(quiet=True)
+pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
 LIMITS = Limits(time_s=60.0)
 STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:refuses", "method_stubs:raises")
 
@@ -42,11 +42,6 @@ def _calls_in_this_process():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("scenarios.benchmark.study.call", called_here)
         yield
-
-
-@pytest.fixture(scope="module")
-def scenario(tmp_path_factory):
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 # The study
@@ -119,10 +114,11 @@ def test_other_methods_other_limits_and_changed_files_are_another_study(scenario
 # The command
 
 
+@pytest.mark.usefixtures("_at_home")
 def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, capsys):
     methods = ["--method", STUBS[1], "--method", "exec: false"]
     words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
-    assert main([*words, "--seed", "5", "--json", "--jobs", "1"]) == 0
+    assert main([*words, "--seed", "5", "--json"]) == 0
     said = printed(capsys, "compare")
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
     text = (tmp_path / "o" / "report.md").read_text()

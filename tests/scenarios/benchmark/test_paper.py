@@ -88,7 +88,8 @@ def test_cases_use_the_gains_they_say(repeated, found):
     assert found.cases[1]["M"].std == repeated.estimates["case 2"]["M"].residual_std
 
 
-def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
+def test_paper_writes_tables_figures_and_raw_numbers(repeated, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("scenarios.benchmark.paper.run_paper", lambda seed, **_: repeated if seed == 0 else None)
     assert main(["paper", "--out", str(tmp_path / "out"), "--json"]) == 0
     document = printed(capsys, "paper")
     assert list(document) == ["gains", "cases", "patterns", "second_payload", "checks", "passed"]

@@ -1,12 +1,11 @@
-import json
 import re
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from bad_files import refused
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from printed import printed
 from robot_folders import robot_folder
 
 import rx90_mjcf
@@ -15,9 +14,9 @@ from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.robots import named_robot, robot_file
-from scenarios.results.json_schemas import schema
 from scenarios.support.errors import ScenarioError, WrongValue
 
+pytestmark = pytest.mark.usefixtures("_computed_once")
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
 LINK = (
     '<link name="l{j}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -51,8 +50,7 @@ def cell(tmp_path_factory) -> Path:
 
 def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
     assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    jsonschema.Draft202012Validator(schema("check")).validate(found)
+    found = printed(capsys, "check")
     assert found["verdict"] != "wrong"
     assert found["readings"]["better"] == []
     assert found["readings"]["driven_by_friction"] == []
@@ -64,13 +62,13 @@ def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
     np.testing.assert_allclose(joints[0]["covered"], (joints[0]["high"] - joints[0]["low"]) / 12.6, rtol=1e-9)
 
 
-@pytest.mark.parametrize("option", ["--all", "--format=markdown", "--format=html", "--quiet"])
-def test_all_and_files_list_every_check_and_how_joints_moved(cell, capsys, option):
-    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), option]) == 0
-    printed = capsys.readouterr().out
-    for words in ("no current is clipped", "encoder resolution", "Motion of bare", "Rms acceleration"):
-        assert (words in printed) == (option != "--quiet")
-    assert ("--all lists every check" in printed) == (option == "--quiet")
+def test_all_and_files_list_every_check_and_how_joints_moved(cell, capsys):
+    for option in ("--all", "--format=markdown", "--format=html", "--quiet"):
+        assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), option]) == 0
+        told = capsys.readouterr().out
+        for words in ("no current is clipped", "encoder resolution", "Motion of bare", "Rms acceleration"):
+            assert (words in told) == (option != "--quiet")
+        assert ("--all lists every check" in told) == (option == "--quiet")
 
 
 def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, capsys):
@@ -82,8 +80,7 @@ def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, caps
     assert line.startswith("WRONG clipped.parquet: v4 is clipped at its largest value ")
     assert line.endswith(". Move more slowly or carry less.")
     assert main([*words, "--json"]) == 1
-    found = json.loads(capsys.readouterr().out)
-    jsonschema.Draft202012Validator(schema("check")).validate(found)
+    found = printed(capsys, "check")
     (clipped,) = [each for each in found["diagnoses"] if each["name"] == "clipping" and each["severity"] == "wrong"]
     (same,) = [each for each in found["lines"] if each["what"] == "clipping" and each["verdict"] == "wrong"]
     assert clipped["joints"] == [4]

@@ -13,7 +13,7 @@ from scenarios.results.gains import Result
 from scenarios.results.gains_file import read_gains
 from scenarios.results.record import read_result
 
-pytestmark = pytest.mark.usefixtures("_computed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once", "_all_undiagnosed")
 
 
 def listed(cell: Path, factors: tuple[float, ...]) -> str:

@@ -5,10 +5,12 @@ import sys
 import time
 
 import pytest
-from one_process import carried_out
+from one_process import carried_out, rx90
 from places import ROOT
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 from signals import as_in_the_foreground
+from undiagnosed import undiagnosed
+from weighed_cell import PLAIN
 
 import rx90_mjcf
 from scenarios.cli import main
@@ -33,16 +35,14 @@ def test_streams_that_cannot_be_written_have_a_status_and_a_line(line, status, e
     assert (done.returncode, done.stderr) == (status, error)
 
 
-def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
-    (tmp_path / "ä.toml").write_text('extends = "nope"\n')
-    more = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
-    run = [sys.executable, "-m", "scenarios"]
-    listed = subprocess.run([*run, "list"], capture_output=True, env=os.environ | more, check=False)
-    words = [*run, "run", str(tmp_path / "ä.toml")]
-    wrong = subprocess.run(words, capture_output=True, env=os.environ | more, check=False)
+def test_a_terminal_that_knows_ascii_alone_gets_every_line():
+    ascii_alone = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    listed, wrong = (
+        subprocess.run([sys.executable, "-m", "scenarios", word], capture_output=True, env=ascii_alone, check=False)
+        for word in ("list", "ä")
+    )
     assert (listed.returncode, listed.stderr) == (0, b"")
-    assert wrong.returncode == 2
-    assert wrong.stderr.count(b"\n") == 1
+    assert (wrong.returncode, wrong.stderr.count(b"\n")) == (2, 1)
 
 
 LISTING = """import os, signal, sys, time
@@ -78,18 +78,14 @@ def test_a_signal_that_is_ignored_stays_so():
 OTHERS = {"pinocchio": "from .pinocchio_pywrap_default import *", "numpy": "from . import _multiarray", "coal": ""}
 
 
-def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "scenarios", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
-
-
-def test_packages_of_another_python_give_way_to_those_that_are_installed(tmp_path):
+def test_packages_of_another_python_give_way_and_what_draws_nothing_needs_no_opengl(tmp_path):
     for name, content in OTHERS.items():
         folder = tmp_path / "ros" / name
         folder.mkdir(parents=True)
         (folder / "__init__.py").write_text(content + "\n")
     path = os.pathsep.join((str(ROOT), str(tmp_path / "ros")))
-    done = rx90("run", quick_scenario(tmp_path), "--quiet", PYTHONPATH=path)
+    scenario = quick_scenario(tmp_path, lasts=BRIEF)
+    done = rx90("run", scenario, "--quiet", **{"PYTHONPATH": path, OPENGL: "no-such-thing"})
     assert done.returncode in (0, 1)  # so short a motion may miss a tolerance
     assert (done.stdout != "", done.stderr) == (True, "")
 
@@ -103,12 +99,6 @@ def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_pa
     assert foreign_packages(AttributeError("module 'pinocchio' has no attribute 'x'")) is not None
     assert foreign_packages(AttributeError("'Path' object has no attribute 'x'")) is None
     assert foreign_packages(ZeroDivisionError("no")) is None
-
-
-def test_what_draws_nothing_needs_no_opengl(tmp_path):
-    done = rx90("run", quick_scenario(tmp_path), "--quiet", **{OPENGL: "no-such-thing"})
-    assert done.returncode in (0, 1)  # so short a motion may miss a tolerance
-    assert (done.stdout != "", done.stderr) == (True, "")
 
 
 def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_path):
@@ -137,12 +127,13 @@ SLOW = {
 def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
     """What is imported when each command has ended, one after the other in one process, the simulator last."""
     folder = tmp_path_factory.mktemp("imports")
-    scenario, cell = quick_scenario(folder), folder / "cell"
-    main(["run", str(scenario), "--save", str(cell)])
+    scenario, cell = quick_scenario(folder, lasts=BRIEF), folder / "cell"
+    with undiagnosed():
+        main(["run", str(scenario), "--save", str(cell)])
     loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
     commands = {
-        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded],
-        "check": ["check", "rx90", cell / "unloaded.parquet", *loaded],
+        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, *PLAIN],
+        "check": ["check", "rx90", cell / "unloaded.parquet"],
         "run": ["run", scenario, "--save", folder / "again"],
     }
     outcomes = carried_out([["rx90", *map(str, words)] for words in commands.values()], folder)

@@ -5,16 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from one_process import rx90
 from PIL import Image
-from places import ROOT
 
 from scenarios.cli import main
 from sim.errors import PlantError
-
-
-def views(*words: object, **more: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "scenarios", "view", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
 
 
 @pytest.fixture(scope="module")
@@ -26,28 +21,10 @@ def opengl() -> None:
         pytest.skip("this machine has no EGL to draw with")
 
 
-TWICE = """
-import sys
-import scenarios.support.progress as progress
-from scenarios.cli import main
-progress.FIRST_LINE = 600.0  # no sign of life on slow machines
-sys.exit(main(sys.argv[1:]) or main(sys.argv[1:]))
-"""
-
-
 def test_a_picture_of_both_motions_is_drawn(opengl, tmp_path):
     path = tmp_path / "both.png"
-    words = ["view", "nominal", "--render", str(path), "--width", "300", "--height", "170"]
-    done = subprocess.run(
-        [sys.executable, "-c", TWICE, *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=ROOT,
-        env=os.environ | {"MUJOCO_GL": "egl"},
-    )
-    said = f"{path}: 1 picture of 300 x 170\n"
-    assert (done.returncode, done.stdout, done.stderr) == (0, 2 * said, "")  # the second over its own file
+    done = rx90("view", "nominal", "--render", path, "--width", "300", "--height", "170", "--quiet", MUJOCO_GL="egl")
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{path}: 1 picture of 300 x 170\n", "")
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
     assert pixels.shape == (170, 300, 3)
     yellow = (pixels[..., 0] > 150) & (pixels[..., 2] < 90)  # both arms
@@ -73,7 +50,7 @@ def test_a_time_after_the_end_is_refused_with_the_duration_and_the_end_is_drawn(
 
 
 def test_without_a_screen_one_line_says_what_needs_none():
-    done = views("nominal", DISPLAY="", WAYLAND_DISPLAY="")
+    done = rx90("view", "nominal", DISPLAY="", WAYLAND_DISPLAY="")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("rx90: no window can be opened: ")
     assert done.stderr.endswith("; --render FILE needs none\n")

@@ -227,6 +227,7 @@ def test_files_are_written_all_or_none_and_changed_ones_are_kept(servo_arm, tmp_
     assert "robot.toml: changed since rx90 new-robot wrote it" in refused(capsys, words)
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_given_payload_and_torques_are_written_and_run_and_joints_beyond_the_flange_are_locked(
     tmp_path, capsys, monkeypatch
 ):

@@ -23,8 +23,8 @@ def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
 @pytest.mark.parametrize(
     "name",
     [
-        "paper-noise",
         "mass-only",
+        pytest.param("paper-noise", marks=pytest.mark.slow),  # `test_paper` holds its claims
         pytest.param("sequential", marks=pytest.mark.slow),
         pytest.param("offset-payload", marks=pytest.mark.slow),
         pytest.param("coarse-encoder", marks=pytest.mark.slow),  # `test_instruments` has what its encoders do
@@ -44,6 +44,7 @@ def test_built_in_scenarios_pass(name):
 TOLD = 'options = { zero_std = 0.0, tilt_std = 0.0, friction = "viscous-coulomb" }'
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 @pytest.mark.parametrize(("options", "most"), [(TOLD, 1.5e-3), pytest.param("", 4e-3, marks=pytest.mark.slow)])
 def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
     path = tmp_path / "quiet.toml"
@@ -68,6 +69,7 @@ def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     assert Clearance(experiment.plant, 0.05)(motion[0]).min() > 0.029
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_joint_finds(tmp_path):
     # Both in units of the residual's share of the rms current; 20 rows a second less those lost to reversals, and
     # row weights below one near them, make the prediction the smaller one.

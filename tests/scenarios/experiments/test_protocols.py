@@ -57,6 +57,7 @@ def test_what_is_known_is_said_for_every_payload_or_for_one(tmp_path, known, exp
     assert [again.payloads[name].known for name in ("light", "heavy")] == expected
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
     found = (FoundParameter(name="M", value=7.1, std=0.2),)
     several = run(protocol_setup(tmp_path, FOUR), 0)
@@ -89,6 +90,7 @@ def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):
         with_settings(scenario, {"plant.payloads.heavy.mass": -1.0})
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their_own(repeated, tmp_path):
     pair = run(setup_of(load_scenario(str(quick_scenario(tmp_path)))), 5)
     bare, loaded, bare_again, loaded_again = repeated.recordings
@@ -102,6 +104,7 @@ def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their
         np.testing.assert_allclose(share, np.sqrt(2 * (0.05**2 + 0.02**2)), rtol=0.1)
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path, capsys):
     protocol = ("loaded", "bare", "loaded", "light", "bare")
     path, folder = scenario_of(tmp_path, protocol), tmp_path / "saved"
@@ -124,6 +127,7 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
     assert again["fit"] == result["fit"]
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_draws_reach_every_payload_by_itself(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW))
     drawn = np.array([list(drawn_settings(scenario, seed).values()) for seed in range(200)])
@@ -135,9 +139,6 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     rows = run_task(Task(scenario, trials, trial_schema(scenario, places, ()))).to_pandas()
     np.testing.assert_array_equal(rows[places[::-1]].to_numpy()[::6], drawn[3:5])
     assert rows["failure"].isna().all()
-    single = run(setup_of(scenario), 4)
-    again = rows[rows.trial == 4]["estimate"].to_numpy()[:3]
-    np.testing.assert_array_equal([gain.estimate for gain in single.verdict.gains[:3]], again)
 
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):

@@ -6,7 +6,6 @@ import shutil
 import numpy as np
 import pytest
 from places import ROOT
-from quick import BRIEF, RANDOM, quick_scenario
 
 import ident
 import scenarios
@@ -27,8 +26,8 @@ def readme_lines() -> ast.Module:
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory) -> scenarios.LoadedScenario:
-    return scenarios.load(quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF))
+def quick(scenario) -> scenarios.LoadedScenario:
+    return scenarios.load(scenario)
 
 
 @pytest.mark.slow
@@ -66,6 +65,7 @@ def test_the_arrays_of_an_identification_are_its_gains(quick):
         assert np.isfinite(each.data).all()  # no NaN hides behind the mask
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
     seed = 8
     s, run = quick.simulate(seed), quick.run(seed)
@@ -80,6 +80,7 @@ def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
     assert estimates == [gain.estimate for gain in run.verdict.gains]
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_sweep_is_every_combination_with_the_same_seeds(quick):
     mass = [6.9, 7.1]
     rows = quick.sweep({"observe.cutoff_hz": [9, 14], "plant.payload.mass": mass}, seeds=(4, 2)).to_frame()

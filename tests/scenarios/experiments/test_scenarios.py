@@ -95,6 +95,7 @@ def test_json_of_a_run_keeps_the_contract(saved):
     assert "predicted standard deviation" in refused["reason"]
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_missed_tolerance_is_exit_status_1(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     path.write_text(re.sub("^gain = .*$", "gain = [1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9]", path.read_text(), flags=re.M))

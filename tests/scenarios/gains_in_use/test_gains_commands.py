@@ -2,18 +2,16 @@ import json
 import shutil
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from bad_files import refused
-from printed import printed
+from printed import fits, printed
 from weighed_cell import MODEL, PLAIN, identified, light, off, with_other
 
 from scenarios.cli import main
 from scenarios.results.gains_file import read_gains
-from scenarios.results.json_schemas import schema
 
-pytestmark = pytest.mark.usefixtures("_computed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once", "_all_undiagnosed")
 
 
 def by_hand(path: Path, gains: dict[int, float], rel_std: float, more: str = "") -> str:
@@ -102,7 +100,7 @@ def test_what_changed_is_concluded_with_its_measure(tmp_path, capsys, A, B, rel_
 
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
     out = Path(shutil.copy(weighed_cell / "run.json", tmp_path))  # elsewhere it is nobody's
-    jsonschema.Draft202012Validator(schema("gains")).validate(json.loads(out.read_text()))
+    fits(json.loads(out.read_text()), "gains")
     written = read_gains(out)
     assert [each.payload for each in written.recordings] == [None, 1, 2]
     seen = {each.sha256 for each in read_gains(weighed_cell / "gains.toml").recordings}

@@ -22,7 +22,7 @@ from scenarios.results.bare import Links
 from scenarios.results.gains_file import read_gains
 from sim.errors import PlantError
 
-pytestmark = pytest.mark.usefixtures("_computed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once", "_all_undiagnosed")
 Patch = Callable[..., dict]
 
 

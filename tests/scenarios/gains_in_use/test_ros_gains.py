@@ -13,6 +13,8 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 
+pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
+
 
 @pytest.fixture(scope="module")
 def bags(weighed_cell, tmp_path_factory) -> Path:

@@ -15,7 +15,7 @@ from scenarios.cli import main
 from scenarios.gains_in_use.known_gains import model_options, options_of
 from scenarios.results.gains_file import read_gains
 
-pytestmark = pytest.mark.usefixtures("_computed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once", "_all_undiagnosed")
 
 
 def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.toml") -> list[str]:

@@ -62,12 +62,14 @@ def test_changes_of_an_estimate_and_weights_of_samples_are_those_of_estimating_a
     np.testing.assert_allclose(found, linear.change(changed, logs), rtol=1e-9)  # rounding
 
 
+ERRORS = "plant.errors."
 EFFECTS = {
-    "load_friction": ({"load_friction": 0.03}, 0.05),
-    "coulomb_drift": ({"coulomb_drift": -0.06}, 0.05),
-    "frames": ({"d3_error": 0.004, "r4_error": -0.006}, 0.05),
-    "tilt": ({"base_tilt_x": 0.011, "base_tilt_y": -0.007}, 0.2),
-    "elasticity": ({"joint_compliance": COMPLIANCE}, 0.25),
+    "load_friction": ({f"{ERRORS}load_friction": 0.03}, 0.05),
+    "coulomb_drift": ({f"{ERRORS}coulomb_drift": -0.06}, 0.05),
+    "frames": ({f"{ERRORS}d3_error": 0.004, f"{ERRORS}r4_error": -0.006}, 0.05),
+    "tilt": ({f"{ERRORS}base_tilt_x": 0.011, f"{ERRORS}base_tilt_y": -0.007}, 0.2),
+    "elasticity": ({f"{ERRORS}joint_compliance": COMPLIANCE}, 0.25),
+    "payload": ({"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}, 0.05),
 }
 """Sizes, and how far prediction and simulation may be apart as a share of the effect on the joint that it costs most;
 more where the difference between real and perfect control matters."""
@@ -84,23 +86,31 @@ def inverse_gains(setup, recordings) -> np.ndarray:
     return joint_by_joint_gains(problem).solution.inverse
 
 
-def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
-    settings = {name: {f"plant.errors.{k}": v for k, v in errors.items()} for name, (errors, _) in EFFECTS.items()}
-    settings["payload"] = {"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}
-    setups = {name: setup_of(with_settings(rich.scenario, each)) for name, each in settings.items()}
-    linear, base = Linearised.of(rich, 4), expected_logs(rich, 4)
-    outcomes = [simulate(each, k) for k, each in enumerate((rich, *setups.values()))]
-    inverse = [inverse_gains(rich, each.recordings)[:5] for each in outcomes]
-    for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
-        relative = simulated / inverse[0] - 1.0
-        found = linear.change(expected_logs(each, 4), base)[:5] * rich.true_gain[:5]
-        share = EFFECTS[name][1] if name in EFFECTS else 0.05
-        assert np.abs(relative).max() > 2e-3, name
-        atol = 5e-4 + share * np.abs(relative).max()
-        np.testing.assert_allclose(found, relative, rtol=0, atol=atol, err_msg=name)
+@pytest.fixture(scope="module")
+def base(rich) -> tuple[Linearised, list, np.ndarray]:
+    """What the pair without an effect is expected to be, and the gains of its simulation."""
+    inverse = inverse_gains(rich, simulate(rich, 0).recordings)
+    return Linearised.of(rich, 4), expected_logs(rich, 4), inverse[:5]
 
 
-@pytest.mark.parametrize("stream", ["white", "coloured", "current_sensor"])
+SIMPLE = ("load_friction", "coulomb_drift")
+"""Which the exact changes above have too."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in SIMPLE else ()) for name in EFFECTS]
+)
+def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich, base, name):
+    settings, share = EFFECTS[name]
+    linear, logs, inverse = base
+    changed = setup_of(with_settings(rich.scenario, settings))
+    relative = inverse_gains(rich, simulate(changed, 1).recordings)[:5] / inverse - 1.0
+    found = linear.change(expected_logs(changed, 4), logs)[:5] * rich.true_gain[:5]
+    assert np.abs(relative).max() > 2e-3
+    np.testing.assert_allclose(found, relative, rtol=0, atol=5e-4 + share * np.abs(relative).max())
+
+
+@pytest.mark.parametrize("stream", ["white", "coloured", pytest.param("current_sensor", marks=pytest.mark.slow)])
 def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     # At the full rate and at one in four; 300 draws, deviations of the deviation 4 %, bounds at four of them.
     sizes = {"current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003}}.get(

@@ -94,7 +94,9 @@ def test_a_page_is_complete_without_a_script_and_asks_for_nothing(kind, seen):
     assert len(set(colours)) == 2
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", ["comparison", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("run", *MORE[1:]))]
+)
 def test_axe_has_no_serious_finding(kind, seen):
     from axe_playwright_python.sync_playwright import Axe
 

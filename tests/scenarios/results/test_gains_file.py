@@ -3,10 +3,10 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from estimates import gain_estimate
+from printed import fits
 
 import rx90_mjcf
 from ident.estimation.estimators.nls import AllJointsOptions
@@ -17,7 +17,6 @@ from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
 from scenarios.results.gains_file import SLIDING, TURNING, gains_file, gains_text, read_gains, recording_digest
-from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
 
@@ -31,23 +30,12 @@ MINIMAL = "[[gains]]\njoint = 1\nestimate = 2\nstd = 0.1\n[[gains]]\njoint = 2\n
 @pytest.fixture
 def file(arm):
     estimate = gain_estimate(2.0, -3.5, None, 0.7, 11.0, 5.0, std=0.1, reason=REASON)
-    correlated = 0.001 * (np.eye(5) + 0.2)
-    estimate = replace(
-        estimate,
-        covariance=correlated,
-        joints=tuple(
-            replace(joint, joint=name)
-            if not hasattr(joint, "std")
-            else replace(
-                joint,
-                joint=name,
-                residual_std=float(np.sqrt(0.0012)) * joint.value**2,
-                payload_rel_std=0.0,
-                model_rel_std=0.0,
-            )
-            for joint, name in zip(estimate.joints, arm.joint_names, strict=True)
-        ),
+    std, exact = float(np.sqrt(0.0012)), {"payload_rel_std": 0.0, "model_rel_std": 0.0}
+    named = (
+        replace(each, joint=name, **({"residual_std": std * each.value**2} | exact if hasattr(each, "std") else {}))
+        for each, name in zip(estimate.joints, arm.joint_names, strict=True)
     )
+    estimate = replace(estimate, covariance=0.001 * (np.eye(5) + 0.2), joints=tuple(named))
     weight = Payload(mass=3.3, mass_std=0.02, known="mass")
     return estimate, gains_file(
         estimate,
@@ -75,7 +63,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(file, tmp_path: Path, en
     assert read.known.names == known.names
     assert read.known.joints.tolist() == [0, 1, 3, 4, 5]
     table = tomllib.loads(path.read_text()) if ending == ".toml" else json.loads(path.read_text())
-    jsonschema.Draft202012Validator(schema("gains")).validate(table)
+    fits(table, "gains")
     assert set(table["gains"][2]) == {"joint", "name", "unit", "identifiable", "reason"}  # no number of a refused joint
     assert path.read_text().startswith("#:schema ") == (ending == ".toml")
 

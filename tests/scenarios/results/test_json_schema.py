@@ -11,6 +11,7 @@ import pytest
 from hatchling.build import build_wheel
 from places import ROOT
 from plants import short_motion
+from printed import fits, printed
 from quick import quick_scenario
 
 import rx90_mjcf
@@ -30,10 +31,6 @@ TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 TOML += [(path, "motion") for path in sorted(CATALOG.glob("motions/*.toml"))]
 TOML += [(path, "robot") for path in map(robot_file, BUILT_IN["robot"])]
-
-
-def checked(value: object, name: str) -> None:
-    jsonschema.Draft202012Validator(SCHEMAS[name]).validate(value)
 
 
 def test_the_shipped_schemas_are_those_that_are_generated():
@@ -65,7 +62,7 @@ def test_a_shipped_file_fits_the_schema_that_its_first_line_names():
         marker, place = path.read_text().splitlines()[0].split(" ")
         assert marker == "#:schema"
         assert (path.parent / place).resolve() == FOLDER / f"{name}{ENDING}", path
-        checked(tomllib.loads(path.read_text()), name)
+        fits(tomllib.loads(path.read_text()), name)
 
 
 def test_a_wrong_file_does_not_fit():
@@ -82,22 +79,15 @@ def test_a_wrong_file_does_not_fit():
         ("motion", f"duration = 4.0\n{motion}\ncosine = [[0.2]]\nharmonics = 1"),
     ):
         with pytest.raises(jsonschema.ValidationError):
-            checked(tomllib.loads(text), name)
+            fits(tomllib.loads(text), name)
 
 
 def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
     main(["run", str(quick_scenario(tmp_path)), "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
-    result = json.loads(capsys.readouterr().out)
-    checked(result, "result")
+    result = printed(capsys, "result")
     del result["gains"][2]["std"]
     with pytest.raises(jsonschema.ValidationError, match="'std' is a required property"):
-        checked(result, "result")
-    main(
-        ["identify", "--model", str(rx90_mjcf.MJCF), "--json"]
-        + [w for n in ("unloaded", "loaded") for w in (f"--{n}", str(tmp_path / "run" / f"{n}.parquet"))]
-        + ["--payload", str(tmp_path / "run" / "payload.toml")]
-    )
-    checked(json.loads(capsys.readouterr().out), "result")
+        fits(result, "result")
     fits_the_schema_that_it_names(tmp_path / "run" / "payload.toml", "payload")
 
 
@@ -107,7 +97,7 @@ def fits_the_schema_that_it_names(path: Path, name: str) -> None:
     assert marker == "#:schema"
     with urlopen(place) as schema:
         assert json.load(schema) == SCHEMAS[name]
-    checked(tomllib.loads(path.read_text()), name)
+    fits(tomllib.loads(path.read_text()), name)
 
 
 def test_a_motion_that_is_written_fits_the_schema_that_it_names(tmp_path):

@@ -2,21 +2,21 @@ import json
 import shutil
 from dataclasses import replace
 
-import jsonschema
 import mujoco
 import numpy as np
 import pytest
+from printed import fits
 from quick import quick_scenario
 
 from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.problem import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
-from scenarios.experiments.run import Run, as_identified, run
+from scenarios.experiments.run import Simulated, as_identified, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of
-from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import PROBLEM, read_problem, write_problem
 from scenarios.results.run_folder import simulated_problem
 from scenarios.support.errors import ScenarioError
@@ -34,12 +34,12 @@ light = { mass = 2.3, com = [0.01, 0.02, 0.1], inertia = { ixx = 0.004, iyy = 0.
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory) -> Run:
+def done(tmp_path_factory) -> Simulated:
     """Light, bare, loaded, light: four motions, two mountings, the first of them twice."""
     path = quick_scenario(tmp_path_factory.mktemp("quick"), DIFFERENT)
     text = path.read_text().replace("[experiment]", '[experiment]\nprotocol = ["light", "bare", "loaded", "light"]')
     path.write_text(text)
-    return run(setup_of(load_scenario(str(path))), 5)
+    return simulate(setup_of(load_scenario(str(path))), 5)
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +64,18 @@ def test_what_is_read_back_is_what_identification_was_given(done, folder):
     assert light is again  # one mounting, together where the first is
     assert bare is None
     assert loaded not in (None, light)
-    jsonschema.Draft202012Validator(schema("problem")).validate(json.loads((folder / PROBLEM).read_text()))
+    fits(json.loads((folder / PROBLEM).read_text()), "problem")
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
     found = read_problem(folder)
-    options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "policy": SIMULATED}
+    options = {
+        "options": AllJointsOptions(friction="viscous-coulomb"),
+        "observing": OBSERVING,
+        "gains": GAINS,
+        "policy": SIMULATED,
+    }
     direct = identify(done.setup.structure, as_identified(done.setup, done.recordings), **options)
     read = identify(found.arm, found.motions, **options)
     pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))

@@ -130,19 +130,6 @@ def test_a_folder_without_rows_is_of_an_older_version(copied):
         page_of(copied)
 
 
-def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
-    command = [part.text for part in page_of(saved).parts if isinstance(part, Line)][1]
-    capsys.readouterr()
-    assert main([*shlex.split(command)[1:], "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    stored = json.loads((saved / "result.json").read_text())
-    assert [gain["estimate"] for gain in found["gains"]] == [
-        # The same files and method; the arm is read from its minimal model.
-        None if gain["estimate"] is None else pytest.approx(gain["estimate"], rel=1e-9)
-        for gain in stored["gains"]
-    ]
-
-
 def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
     folder = page_folders.identification(tmp_path / "again", saved)
     report = page_of(folder)

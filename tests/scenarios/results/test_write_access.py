@@ -55,21 +55,6 @@ def test_a_record_that_is_none_records_nothing(tmp_path, text):
         held(tmp_path)
 
 
-def test_a_folder_that_is_a_file_is_refused(tmp_path):
-    (tmp_path / "file").write_text("")
-    said = tmp_path / "file" / "sub"
-    with pytest.raises(ScenarioError, match=rf"^{said}: cannot be written: {tmp_path}/file: Not a directory$"):
-        held(said)
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that takes no files, even from root")
-def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_asked_for():
-    with pytest.raises(ScenarioError, match=r"^/proc/q/z\.csv: cannot be written: /proc: No such file or directory$"):
-        held(Path("/proc/q"), ["z.csv"])
-    with pytest.raises(ScenarioError, match=r"^/proc: cannot be written: "):
-        held(Path("/proc"))
-
-
 def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch):
     ours = held(tmp_path, ["a.txt"])
 
@@ -86,9 +71,17 @@ def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, 
         (tmp_path / "a.txt").touch()
 
 
-def test_a_folder_that_cannot_be_made_is_named_with_the_reason(tmp_path):
+def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_asked_for(tmp_path):
+    (tmp_path / "file").write_text("")
     ours = held(tmp_path / "above" / "new")
     (tmp_path / "above").write_text("")  # made by another in the meantime
+    places = [(tmp_path / "file" / "sub", NAMES, rf"{tmp_path}/file: Not a directory$")]
+    if Path("/proc/self").exists():  # a folder that takes no files, even from root
+        places += [(Path("/proc/q"), ["z.csv"], "/proc: No such file or directory$"), (Path("/proc"), NAMES, "")]
+    for folder, names, why in places:
+        asked_for = folder / names[0] if names != NAMES else folder
+        with pytest.raises(ScenarioError, match=rf"^{asked_for}: cannot be written: {why}"):
+            claim(folder, names, command="rx90 test", force=False, reads=())
     with pytest.raises(ScenarioError, match=r"^cannot create .*new: Not a directory$"), ours.writing():
         raise AssertionError("nothing is written")
 

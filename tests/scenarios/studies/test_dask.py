@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from here import HERE
 from places import ROOT
-from quick import BRIEF, RANDOM, quick_scenario
+from quick import BRIEF, quick_scenario
 from rich.console import Console
 from study_tasks import double_or_die, slow_double
 
@@ -76,10 +76,12 @@ def workers(living):
         yield workers
 
 
-def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
-    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM, lasts=BRIEF))), 2, seed=5)
-    there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
-    here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
+def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, scenario, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
+    there, here = (
+        carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
+        for name, where in (("cluster", workers), ("home", HERE))
+    )
     pd.testing.assert_frame_equal(there, here, check_exact=True)
 
 
@@ -123,24 +125,29 @@ def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with
     assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
 
 
-def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_line_and_2(living, tmp_path):
-    folder, (file, process) = tmp_path / "out", living()
+def test_a_scheduler_that_dies_ends_a_study_without_rows(living):
+    file, process = living()
     with dask_workers(str(file)) as workers:
-        scenario = quick_scenario(tmp_path, lasts=BRIEF)
-        words = ["monte-carlo", str(scenario), "-n", "4000", "--out", str(folder), "--dask", str(file)]
-        command = subprocess.Popen(
-            [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
-        )
         found = completed(workers, slow_double, range(100))
         next(found)
-        deadline = time.monotonic() + 120.0
-        while not list(folder.glob("study.json")) and time.monotonic() < deadline:
-            assert command.poll() is None
-            time.sleep(0.05)
         os.killpg(process.pid, signal.SIGKILL)
         with pytest.raises(ScenarioError, match="the scheduler has exited"):
             dict(found)
-        _, errors = command.communicate(timeout=120.0)
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_ends_a_command_with_one_line_and_2(living, tmp_path):
+    folder, (file, process) = tmp_path / "out", living()
+    words = ["monte-carlo", str(quick_scenario(tmp_path, lasts=BRIEF)), "-n", "4000", "--out", str(folder), "--dask"]
+    command = subprocess.Popen(
+        [sys.executable, "-m", "scenarios", *words, str(file)], stderr=subprocess.PIPE, text=True, cwd=ROOT
+    )
+    deadline = time.monotonic() + 120.0
+    while not list(folder.glob("study.json")) and time.monotonic() < deadline:
+        assert command.poll() is None
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGKILL)
+    _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
     assert said == ["rx90: the scheduler has exited; finished trials are kept; repeat the command"]

@@ -3,32 +3,19 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from here import HERE
 from places import ROOT
-from study_tasks import (
-    die_once,
-    double_or_die,
-    fail,
-    refuse,
-)  # fmt: skip
+from study_tasks import die_once, double_or_die, fail, refuse
 
-from scenarios.experiments.workers import Workers, completed, local_processes
+from scenarios.experiments.workers import completed, local_processes
 from scenarios.support.errors import ScenarioError
-
-
-def threads(count: int) -> Workers:
-    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
-
-
-def results(workers: Workers, function, tasks) -> dict:
-    return dict(completed(workers, function, tasks))
 
 
 def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
     with local_processes(2) as workers:
-        found = results(workers, double_or_die, range(8, 20))
+        found = dict(completed(workers, double_or_die, range(8, 20)))
     assert found.pop(13).kind == "WorkerDied"
     assert found == {x: 2 * x for x in range(8, 20) if x != 13}
 
@@ -36,22 +23,22 @@ def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
 def test_a_task_whose_worker_died_of_something_else_is_done_again(tmp_path):
     tasks = [(str(tmp_path / "marker"), x) for x in range(8)]
     with local_processes(2) as workers:
-        assert results(workers, die_once, tasks) == {task: 2 * task[1] for task in tasks}
+        assert dict(completed(workers, die_once, tasks)) == {task: 2 * task[1] for task in tasks}
 
 
 def test_whatever_a_task_fails_of_is_its_reason():
-    failure = results(threads(1), fail, [4])[4]
+    failure = dict(completed(HERE, fail, [4]))[4]
     assert (failure.kind, str(failure)) == ("WorkerFailed", "its worker failed: ValueError: cannot double 4")
 
 
 def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
     with pytest.raises(ScenarioError, match="another version"):
-        results(threads(2), refuse, range(4))
+        dict(completed(HERE, refuse, range(4)))
 
 
 def test_workers_that_never_bring_anything_back_end_it():
     with pytest.raises(ScenarioError, match="none of the first 3 chunks of trials returned: its worker failed: Value"):
-        results(threads(1), fail, range(100))
+        dict(completed(HERE, fail, range(100)))
 
 
 def test_workers_have_the_environment_of_the_process_that_started_them():

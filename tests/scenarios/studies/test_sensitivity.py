@@ -82,13 +82,14 @@ def test_numbers_that_are_no_power_of_two_are_refused(number):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
 
 
+@pytest.mark.usefixtures("_at_home", "_undiagnosed")
 def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "two.toml"
     two_sources(tmp_path)
     text = path.read_text().replace('motion = "drive-gains"', 'motion = "short.toml"')
     path.write_text(text.replace("[true, true, true, true, true, false]", "[true, true, true, false, true, false]"))
-    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "2", "--seed", "3", "--jobs", "1"]
+    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "2", "--seed", "3"]
     assert main([*words, "--out", str(tmp_path / "out")]) == 0
     rows = pd.read_parquet(tmp_path / "out" / "trials")
     assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 2 * 4
@@ -96,6 +97,8 @@ def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
     assert (alone["plant.payload.mass"] != 7.025).all()
     assert (alone["experiment.sensors.current_white"] == 0.0).all()
+    noisy = rows[(rows["design"] == ALONE) & (rows["source"] == "white") & (rows["joint"] == 2)]
+    assert noisy["estimate"].nunique() == 2  # each repeat has noise of its own
     output = capsys.readouterr().out
     assert "21 trials, 2 error sources" in output
     assert "mass" in output

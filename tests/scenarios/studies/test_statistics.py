@@ -162,6 +162,7 @@ def test_the_rule_finds_the_rate_it_says_it_can_tell():
     assert other.held
 
 
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     quick = quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "strict.toml"

@@ -1,6 +1,7 @@
 """Recordings of three axes with known friction, observed as they are or with something wrong."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 from known_logs import BRICK, mounted
@@ -38,6 +39,12 @@ def ready_of(problem: Problem) -> Setting:
 def logs_of(
     truth: Truth, seed: int = 5, payloads: Sequence[Payload | None] = PAYLOADS, **noise: float
 ) -> list[Recording]:
+    return list(_made(truth, seed, tuple(payloads), **noise))
+
+
+@cache
+def _made(truth: Truth, seed: int, payloads: tuple[Payload | None, ...], **noise: float) -> list[Recording]:
+    """Once a process: arrays of recordings are read-only."""
     return real_logs(truth, payloads, np.random.default_rng(seed), **noise)
 
 

@@ -42,7 +42,15 @@ def test_a_clipped_current_is_named_with_its_limit(ur_log, sign, word):
     assert found.sentence.endswith(f", first at {first:.6g} s")
 
 
-def test_a_coarse_current_is_not_clipped(ur_log):
+def test_spikes_spoil_their_own_current_and_clipping_its_own(ur_log):
+    v = ur_log.v.copy()
+    v[[433, 1200], 2] += 3e4
+    v[:, 4] = np.maximum(v[:, 4], 0.6 * v[:, 4].min())
+    log = Recording(ur_log.t, ur_log.q, v)
+    spikes, clipped = SPOILING["values"](log), SPOILING["clipping"](log)
+    np.testing.assert_array_equal(np.argwhere(spikes), [[433, 2], [1200, 2]])
+    np.testing.assert_array_equal(clipped[:, 4], v[:, 4] == v[:, 4].min())
+    assert not np.delete(clipped, 4, axis=1).any()
     coarse = np.round(ur_log.v / ur_log.v.std(axis=0) * 3.0)
     assert {each.severity for each in clipping(Recording(ur_log.t, ur_log.q, coarse), OPTIONS)} == {Severity.GOOD}
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of
 from estimates import estimate_of, gain_of, solution_of
 from known_logs import BRICK
 from linear_solutions import Linear
@@ -14,7 +14,7 @@ from real_friction import Truth
 
 from ident.diagnosis import estimate_evidence, terms
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.diagnosis import Severity, two_digits
+from ident.diagnosis.diagnosis import Diagnosis, Severity, two_digits
 from ident.diagnosis.estimate_evidence import (
     FINEST,
     HeldOutEstimate,
@@ -35,7 +35,7 @@ from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
-from ident.estimation.problem import GainOptions
+from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import joint_rows
 from ident.payload.payload import standard_parameters
 
@@ -103,6 +103,8 @@ def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, li
         error = (1.0 / with_them) / (1.0 / without) - 1.0
         np.testing.assert_allclose(each.percent, 100.0 * error, rtol=1e-4)  # first order in 1e-6
         np.testing.assert_allclose(each.deviations, error / 0.04, rtol=1e-4)
+    refused = replace(made.estimate, joints=(SimpleNamespace(), made.estimate.joints[1]))
+    assert [each.joint for each in replace(made, estimate=refused).effects(currents)] == [1]
 
 
 def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
@@ -129,17 +131,6 @@ def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_i
         np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claim, rtol=1e-9)
         assert left < 0.99 or j == 1
     assert abs(base.effects(np.ones(120))[0].deviations) < abs(base.effects(np.ones(120), beside)[0].deviations)
-
-
-def test_a_joint_without_a_gain_has_no_effect(made):
-    joints = (SimpleNamespace(), made.estimate.joints[1])
-    found = replace(made, estimate=replace(made.estimate, joints=joints)).effects(np.ones(120))
-    assert [each.joint for each in found] == [1]
-
-
-def test_columns_of_joints_stand_at_their_rows_with_their_weights(made, rng):
-    one = rng.normal(size=(60, 2))
-    np.testing.assert_array_equal(made.stacked([None, one]), np.vstack((np.zeros((60, 2)), one)))
 
 
 @pytest.mark.parametrize("m", [1, 3])
@@ -189,11 +180,14 @@ def logs(axes):
     return logs_of(Truth(), seed=2)
 
 
-@pytest.mark.parametrize("method", [all_joints, joint_by_joint])
-@pytest.mark.parametrize("off", [(0.01, 0.0, 0.0), (0.0, -0.007, 0.012)])
+def weighed(axes, logs, off=(0.0, 0.0, 0.0)) -> Problem:
+    """A problem whose payload's centre is stated elsewhere."""
+    return problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+
+
+@pytest.mark.parametrize(("method", "off"), [(all_joints, (0.01, 0.0, 0.0)), (joint_by_joint, (0.0, -0.007, 0.012))])
 def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_the_gains(axes, logs, method, off):
-    sound = method(problem_of(axes, logs))
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    sound, problem = method(weighed(axes, logs)), weighed(axes, logs, off)
     estimate = method(problem)
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
@@ -209,37 +203,11 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
 
 
-def test_a_term_that_is_put_into_the_currents_moves_the_gains_by_its_effect(axes, logs):
-    problem = problem_of(axes, logs)
-    base = stated(problem, joint_by_joint(problem))
-
-    def spring(v, t, q, dq):
-        return v + 0.05 * np.std(v) * np.sin(3.0 * q)
-
-    wrong = problem_of(axes, [with_current(each, 1, spring) for each in logs])
-    columns = [
-        np.concatenate(
-            [
-                b.observation.joints[j].V - a.observation.joints[j].V
-                for a, b in zip(problem.motions, wrong.motions, strict=True)
-            ]
-        )
-        for j in range(3)
-    ]
-    moved = base.effects(base.stacked([each[:, None] for each in columns])[:, 0])
-    for each, after in zip(moved, joint_by_joint(wrong).joints, strict=True):
-        before = base.estimate.joints[each.joint].value
-        expected = 100.0 * (after.value / before - 1.0)
-        # 1/g is linear in the currents and g to first order; a part in ten thousand for the rest.
-        np.testing.assert_allclose(each.percent, expected, rtol=0.02, atol=0.01)
-
-
 def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimate):
     assert _linear(sound_estimate)
     solution = sound_estimate.solution
-    crooked = solution.influence + 0.01 * np.abs(solution.influence).max() * np.random.default_rng(5).normal(
-        size=solution.influence.shape
-    )
+    size = 0.01 * np.abs(solution.influence).max()
+    crooked = solution.influence + size * np.random.default_rng(5).normal(size=solution.influence.shape)
     assert not _linear(replace(sound_estimate, solution=replace(solution, influence=crooked)))
     exact = replace(solution.rows, residual=np.zeros_like(solution.rows.residual))
     assert not _linear(replace(sound_estimate, solution=replace(solution, rows=exact)))
@@ -247,10 +215,8 @@ def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimat
 
 def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
     step = np.array([1e-6, -2e-6, 3e-6])
-    given = (BRICK.mass, BRICK.inertia)
-    moved = standard_parameters(given[0], BRICK.com + step, given[1]) - standard_parameters(
-        given[0], BRICK.com, given[1]
-    )
+    there, here = (standard_parameters(BRICK.mass, BRICK.com + by, BRICK.inertia) for by in (step, 0.0 * step))
+    moved = there - here
     per_metre = terms.per_metre
     np.testing.assert_allclose(per_metre(BRICK) @ step, moved, atol=1e-10)  # second order: 4.3 kg, 1e-11 m^2
     centre = per_metre(replace(BRICK, known="com", com_std=(0.3, 0.2, 0.1), mass_std=0.7))
@@ -292,9 +258,7 @@ def elastic(axes, logs):
 
 
 def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not_yield(axes, logs):
-    sound = all_joints(problem_of(axes, logs))
-    off = (0.0, -0.006, 0.011)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    sound, problem = all_joints(weighed(axes, logs)), weighed(axes, logs, (0.0, -0.006, 0.011))
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
@@ -335,7 +299,7 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
 )
 def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    problem = weighed(axes, logs, off)
     estimate, stiff = yielding(problem)
     (centre, *_) = payload_errors(problem, estimate)
     (alone,) = shown_beside(stated(problem, stiff), [centre])
@@ -381,37 +345,30 @@ def test_a_shift_in_one_of_two_loaded_logs_grows_there_alone(axes, logs):
             np.testing.assert_allclose(growth[own], share[:, None] * mean[own], rtol=1e-12)
 
 
-TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
+TURNED = (-2.0 * BRICK.com[0], 0.0, -2.0 * BRICK.com[2])
 
 
-@pytest.mark.parametrize(
-    ("com", "name"), [(np.add(BRICK.com, (0.0, -0.007, 0.012)), "payload centre"), (TURNED, "payload")]
-)
-def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, com, name):
-    sound = all_joints(problem_of(axes, logs)).solution.inverse
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(com))))
-    estimate = all_joints(problem)
-    seen = survey(doubted(axes, logs))
-    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None)
+@pytest.mark.parametrize(("off", "name"), [((0.0, -0.007, 0.012), "payload centre"), (TURNED, "payload")])
+def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, off, name):
+    seen, estimates = survey(doubted(axes, logs)), []
+
+    def lacks(problem: Problem) -> list[Diagnosis]:
+        estimates.append(all_joints(problem))
+        base = stated(problem, estimates[-1])
+        return list(lacks_of(base, seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None))
+
+    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
+    assert not lacks(weighed(axes, logs))
+    (said,) = lacks(weighed(axes, logs, off))
     assert (said.name, said.severity) == (name, Severity.WRONG)
     assert said.z > 5.0
     assert said.sentence == f"{said.cause}{consequence(said.effects)}"
-    moved = 100.0 * (sound / estimate.solution.inverse - 1.0)
+    sound, wrong = (each.solution.inverse for each in estimates)
+    moved = 100.0 * (sound / wrong - 1.0)
     of = {each.joint: each.percent for each in said.effects}
     for j in (1, 2):
         assert abs(moved[j]) > 2.0
         np.testing.assert_allclose(of[j], moved[j], rtol=0.1)
-    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
-    assert not list(
-        lacks_of(
-            stated(problem_of(axes, logs), all_joints(problem_of(axes, logs))),
-            seen.directions,
-            ("a", "b"),
-            seen.logs.model,
-            all_joints,
-            stiff=None,
-        )
-    )
 
 
 def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_together_explain_most():
@@ -459,17 +416,11 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
+    problem = weighed(axes, logs, (0.0, -0.021, 0.033))
     base = stated(problem, joint_by_joint(problem))
     (centre, *_) = payload_errors(problem, base.estimate)
     size = np.abs(base.each_added([centre])[0].value).max()
-
-    def said(largest: float) -> list[str]:
-        term = replace(centre, family="spring", largest=largest)
-        found = lacks_of(
-            replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"], stiff=None
-        )
-        return [each.name for each in found]
-
-    assert said(1.02 * size) == ["spring"]
-    assert said(0.98 * size) == []
+    bare = replace(base, problem=replace(problem, motions=problem.motions[:1]))
+    for share, names in ((1.02, ["spring"]), (0.98, [])):
+        term = replace(centre, family="spring", largest=share * size)
+        assert [each.name for each in lacks_of(bare, [term], ["a", "b"], stiff=None)] == names

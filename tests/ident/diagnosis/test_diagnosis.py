@@ -63,12 +63,9 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
     now = gain_estimate(2.6, None, 1.7, 1.3, std=0.02, reason="no load")
     right = gain_estimate(2.0, 3.0, 1.7, None, std=0.02, reason="no load")
     found = {each.joint: each for each in between(now, right)}
-    assert sorted(found) == [0, 1, 2, 3]
-    np.testing.assert_allclose(found[0].percent, 30.0, rtol=1e-9)
+    # a gain that ought to be refused is no result, nor is a refusal of one that ought to be found
+    np.testing.assert_allclose([found[j].percent for j in range(4)], [30.0, 1000.0, 0.0, 1000.0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found[0].deviations, 0.3 / (now.joints[0].std / 2.6), rtol=1e-9)
-    np.testing.assert_allclose(found[2].percent, 0.0, atol=1e-9)
-    for j in (1, 3):  # a gain that ought to be refused is no result, nor is a refusal of one that ought to be found
-        np.testing.assert_allclose(found[j].percent, 1000.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("mine", "theirs", "surer"), [(0.7, 0.11, 0.11), (0.11, 0.7, 0.11), (1e-9, 1e-9, None)])
@@ -187,7 +184,6 @@ def test_the_consequence_is_told_of_the_gains_that_matter():
     said = consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
     assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
     assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is invalid"
-    assert consequence([effect(2, -140.0, -9.0)]) == "; gains are off: joint 3 -140 %"
     assert consequence([effect(2, -14.2, -9.0)], "ratios of gains") == "; ratios of gains are off: joint 3 -14 %"
     assert "7.3 % of joint 2's current" in consequence([effect(0, 4.0, None), effect(1, 7.31, None)])
 
@@ -210,10 +206,10 @@ def test_the_worst_stands_first_and_is_that_of_all_and_the_worst_effect_is_the_o
 
 
 def test_gains_that_something_wrong_spoils_are_refused_for_the_worst_fault_and_the_others_are_kept():
-    effects = (effect(0, -138.2, -90.0), effect(1, 6.04, 4.0), effect(2, 1000.0, 100.0))
-    words = f"v1 is negated{consequence(effects[:2])}"
-    worst_one = replace(said(Severity.WRONG, sentence=words, effects=effects[:2]), cause="v1 is negated")
-    other = said(Severity.WRONG, effects=(effect(1, 2.0, 3.5), effects[2], effect(3, 1.0, 2.9)))
+    effects = (effect(0, -138.2, -90.0), effect(1, 6.04, 4.0))
+    words = f"v1 is negated{consequence(effects)}"
+    worst_one = said(Severity.WRONG, sentence=words, effects=effects, cause="v1 is negated")
+    other = said(Severity.WRONG, effects=(effect(1, 2.0, 3.5), effect(2, 1000.0, 100.0), effect(3, 1.0, 2.9)))
     found = gain_estimate(2.6, 1.7, None, 1.3, std=0.02, reason="no load")
     kept = without_spoilt(found, [said(Severity.WEAK, joints=(3,)), worst_one, other]).joints
     assert [each.reason for each in kept[:3]] == [
@@ -245,8 +241,7 @@ def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(so
         replace(compared(logs, scaled(logs, (1,), (), factor)), u=np.linspace(0.9, 1.1, 40) * gain)
         for factor, gain in ((1.3, 3.0), (1.2, 1.0))
     )
-    full = lambda seen, _: [next_best, best] if seen is sound_survey else []  # noqa: E731
-    monkeypatch.setattr("ident.diagnosis.search._in_full", full)
+    monkeypatch.setattr("ident.diagnosis.search._in_full", lambda seen, _: [next_best, best] * (seen is sound_survey))
     assert next(faults(sound_survey)).best is best
     assert next(faults(sound_survey, lambda each: each is not best)).best is next_best
     assert not any(isinstance(each.best, Exact) for each in faults(sound_survey, lambda _: False))
@@ -299,8 +294,7 @@ def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(
     logs = doubted(axes, [late(each, 3) for each in logs_of(Truth())], (None, turned))
     told = {each.name: each for each in diagnose(logs, all_joints(logs.problem), all_joints).diagnoses}
     assert set(told) == {"delay", "payload"}
-    assert told["payload"].severity is Severity.WRONG
-    assert told["payload"].logs == ("loaded",)
+    assert (told["payload"].severity, told["payload"].logs) == (Severity.WRONG, ("loaded",))
 
 
 @pytest.mark.parametrize("compliance", [0.0, 2e-3])

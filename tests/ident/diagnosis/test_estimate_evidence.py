@@ -109,11 +109,10 @@ def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, li
 
 def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
     gain = made.estimate.joints[0]
-    np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
-    np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
+    for each in (gain, replace(gain, predicted_rel_std=0.09), replace(gain, value=-gain.value)):
+        np.testing.assert_allclose(claimed(each), 0.04, rtol=1e-12)
     finer = replace(gain, residual_std=0.0003 * abs(gain.value))
     assert claimed(finer) == FINEST > finer.std / abs(finer.value)
-    np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
 
 
 def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_is_left(made, rng):
@@ -148,18 +147,8 @@ def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, 
     beside, with_them = made.beside(direction(columns)), linear.left(linear.every, more)
     np.testing.assert_allclose(beside.fits.parts[0].fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
     np.testing.assert_allclose(beside.fits.score.squares[0], after, rtol=1e-7)
-
-
-def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
-    base = made
-    one, other = (direction([rng.normal(size=(60, 1)), rng.normal(size=(60, 1))]) for _ in range(2))
-    beside = base.beside(one)
-    again = beside.each_added([one])[0]  # at most rounding, where it is a belief that leaves something of it
+    again = beside.each_added([direction(columns)])[0]  # at most rounding, where a belief leaves something of it
     assert again is None or np.abs(again.value).max() < 1e-9
-    together = direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)])
-    (both,) = base.each_added([together])
-    # The second coefficient of a fit with both is that of a fit beside the first.
-    np.testing.assert_allclose(beside.each_added([other])[0].value, both.value[1:], rtol=1e-6)
 
 
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
@@ -229,16 +218,15 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
 def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
     problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))
     estimate = joint_by_joint(problem)
-    found = list(payload_errors(problem, estimate))
-    assert [each.family for each in found] == [*families, "payload shift"]  # none moves in its mount
-    assert all(each.at_fault for each in found)  # gains that they spoil are refused
+    found = {each.family: each.at_fault for each in payload_errors(problem, estimate)}
+    # none moves in its mount; gains that they spoil are refused
+    assert list(found.items()) == [(each, True) for each in (*families, "payload shift")]
 
 
-@pytest.mark.parametrize("least", [0.0, 1e-14])  # exactly, or but for rounding
-def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch, least):
-    problem = problem_of(axes, logs)
-    per_metre = terms.per_metre
-    monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
+def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch):
+    problem, per_metre = problem_of(axes, logs), terms.per_metre
+    # without any but for rounding
+    monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, 1e-14, 1.0])
     (centre, _, shift) = payload_errors(problem, joint_by_joint(problem))
     assert {each.shape[1] for each in centre.columns} == {2}
     assert "(+13, -, -27) mm" in centre.described(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
@@ -278,15 +266,17 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
     problem, seen, spring = problem_of(axes, logs), doubted(axes, logs), elastic(axes, logs)
     base = stated(problem, all_joints(problem))
     (lack,) = shown_beside(base, [spring])
-    moved = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    least, *_, most = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    assert most > 1.3 * least
+
+    def limited(base: HeldOutEstimate, limit: float) -> HeldOutEstimate:
+        return replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=limit)))
+
     for factor, severity in ((0.9, Severity.WRONG), (1.1, Severity.WEAK)):
-        options = replace(problem.options, max_rel_std=factor * moved[-1] / 100.0)
-        limited = lack._replace(model=replace(lack.model, problem=replace(problem, options=options)))
-        assert diagnosis_of(limited, ("a", "b")).severity is severity
-    assert len(moved) > 1
-    assert moved[-1] > 1.3 * moved[0]
+        told = diagnosis_of(lack._replace(model=limited(lack.model, factor * most / 100.0)), ("a", "b"))
+        assert told.severity is severity
     # What is unexplained beside a term that the model lacks refuses none.
-    strict = replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=1e-3)))
+    strict = limited(base, 1e-3)
     monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
     found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen.names, seen.model, stiff=None)]
     assert found == [(terms.ELASTICITY, Severity.WRONG), ("unexplained", Severity.WEAK)]
@@ -294,9 +284,12 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
 
 @pytest.mark.parametrize(
     ("compliance", "off"),
-    [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125)), (4e-3, (0.0, -0.0065, 0.0125))],
+    [
+        pytest.param(1.2e-3, (0.0, 0.0, 0.0), marks=pytest.mark.slow), (5e-4, (0.0, -0.0065, 0.0125)),
+        (4e-3, (0.0, -0.0065, 0.0125)),
+    ],
     ids=["explain it all", "a tie", "softer than their first order describes"],
-)
+)  # fmt: skip
 def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
     problem = weighed(axes, logs, off)
@@ -321,8 +314,7 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
         problem = problem_of(axes, pair)
         base = stated(problem, all_joints(problem))
         lack = next(shown_beside(base, list(payload_errors(problem, base.estimate))))
-        assert lack.best.alternative.family == name
-        assert lack.best.alternative.logs == (1,)
+        assert (lack.best.alternative.family, lack.best.alternative.logs) == (name, (1,))
         if name == "payload shift":
             size, std = lack.best.value[-3:], np.sqrt(np.diag(lack.best.covariance))[-3:]
             assert (np.abs(size - (0.05, 0.05, -0.05)) < 3.0 * std).all()
@@ -340,9 +332,8 @@ def test_a_shift_in_one_of_two_loaded_logs_grows_there_alone(axes, logs):
         for j, columns in enumerate(each.columns):
             rows, (mean, growth) = joint_rows(problem, j), np.hsplit(columns, 2)
             own = rows.motion == each.logs[0]
-            assert not growth[~own].any()
-            share = rows.position[own] / rows.position[own].max() - 0.5
-            np.testing.assert_allclose(growth[own], share[:, None] * mean[own], rtol=1e-12)
+            share = np.where(own, rows.position / rows.position[own].max() - 0.5, 0.0)
+            np.testing.assert_allclose(growth, share[:, None] * mean, rtol=1e-12)
 
 
 TURNED = (-2.0 * BRICK.com[0], 0.0, -2.0 * BRICK.com[2])
@@ -387,11 +378,8 @@ def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_t
         return _may_be_of_payload(SimpleNamespace(payload_errors=errors, each_added=each_added), lack)
 
     few, many = own
-    assert not may_be(None)
-    assert not may_be(few)
-    assert may_be(many)
-    assert may_be(many, few)
-    assert not may_be(many, SimpleNamespace(u=1.1 * many.u))
+    given = [(None,), (few,), (many, SimpleNamespace(u=1.1 * many.u)), (many,), (many, few)]
+    assert [may_be(*each) for each in given] == [False, False, False, True, True]
 
 
 def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):

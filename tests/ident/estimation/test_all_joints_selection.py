@@ -72,10 +72,9 @@ YIELDING = (2e-4, 1.5e-4, 2e-4)
         (Truth(), {}),
         (Truth(cbrt=(0.0, 12.0, 0.0)), {"cbrt": "on joint 2"}),
         pytest.param(Truth(by_direction=(0.0, 0.0, 1.5)), {"by-direction": "on joint 3"}, marks=pytest.mark.slow),
-        pytest.param(Truth(load_motor=LOADED), {}, marks=pytest.mark.slow),
         (Truth(compliance=YIELDING), {"yields": "elasticity detected and modelled"}),
     ],
-    ids=["nothing", "cbrt", "by-direction", "load-motor", "compliance"],
+    ids=["nothing", "cbrt", "by-direction", "compliance"],
 )
 def test_what_is_there_is_found_where_it_is_and_the_gains_are_within_their_deviations(axes, truth, said):
     # Of 16 seeds 7 find joint 3's law on joint 2 as well, whose gain it leaves as it is: this is one of the others.

@@ -31,14 +31,12 @@ def _instruments_of_random_states():
     def bent(x: np.ndarray) -> np.ndarray:
         return x + 0.3 * np.sin(3.0 * x)
 
+    def along(joint: JointObservation) -> JointObservation:
+        return replace(joint, W=bent(joint.W), W_L=bent(joint.W_L))
+
     def instruments(problem):
-        along = (
-            replace(
-                m, observation=each(m.observation, lambda joint: replace(joint, W=bent(joint.W), W_L=bent(joint.W_L)))
-            )
-            for m in problem.motions
-        )
-        return replace(problem, motions=tuple(along)), 0.2
+        motions = (replace(m, observation=each(m.observation, along)) for m in problem.motions)
+        return replace(problem, motions=tuple(motions)), 0.2
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ident.estimation.estimators.iv.instruments", instruments)
@@ -184,17 +182,15 @@ def test_the_influence_is_the_derivative_by_the_currents(method, structure, heav
     noisy = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
     estimate = estimated(method, *noisy, heavy, LOOSE)
     rows, solution = estimate.solution.rows, estimate.solution
-    row, other = 17, noisy[1 - loaded]
-    part = noisy[loaded].joints[joint]
+    row, part = 17, noisy[loaded].joints[joint]
     h = 1e-5 * float(np.sqrt(np.mean(part.V**2)))
-    ends = []
-    for sign in (-1.0, 1.0):
-        V = part.V.copy()
-        V[row] += sign * h
-        moved = changed(noisy[loaded], {joint: replace(part, V=V)})
-        motions = (moved, other) if loaded == 0 else (other, moved)
-        ends.append(estimated(method, *motions, heavy, LOOSE).solution.inverse)
-    derivative = (ends[1] - ends[0]) / (2.0 * h)
+
+    def inverse(by: float) -> np.ndarray:
+        motions = list(noisy)
+        motions[loaded] = changed(noisy[loaded], {joint: replace(part, V=part.V + by * (np.arange(120) == row))})
+        return estimated(method, *motions, heavy, LOOSE).solution.inverse
+
+    derivative = (inverse(h) - inverse(-h)) / (2.0 * h)
     at = rows.of(joint).start + np.flatnonzero((rows.motion == loaded)[rows.of(joint)])[row]
     # Central differences of a smooth function: 1e-10 relative, rounding 1e-11 / 1e-5; the influence is of first order,
     # what it leaves out is of the size of the noise, 1e-5, times a condition number below 100.

@@ -114,15 +114,14 @@ def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, heavy
     for j in range(6):
         fit = joint_fit(problem, j, known)
         names = [structure.base.names[c] for c in structure.joint_independent[j]]
-        z, friction = [], []
-        for wanted in ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)):
-            weight = np.zeros(len(fit.fit.x))
-            for k, name in enumerate(names):
-                weight[k] = np.sqrt(np.mean(fit.system.W[:, k] ** 2)) if name in wanted else 0.0
-            friction.append(weight @ fit.fit.x)
-            z.append(friction[-1] / np.sqrt(weight @ fit.fit.covariance @ weight))
+        size = np.sqrt(np.mean(fit.system.W**2, axis=0))
+        weights = np.zeros((2, len(fit.fit.x)))
+        for weight, wanted in zip(weights, ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)), strict=True):
+            weight[: len(names)] = [size[k] * (name in wanted) for k, name in enumerate(names)]
+        friction = weights @ fit.fit.x
+        z = friction / np.sqrt(np.diag(weights @ fit.fit.covariance @ weights.T))
         np.testing.assert_allclose(fit.system.friction @ fit.fit.x, friction, rtol=1e-12)
-        np.testing.assert_allclose(signs.friction_z[j], z[int(np.argmax(np.abs(z)))], rtol=1e-8)
+        np.testing.assert_allclose(signs.friction_z[j], z[np.argmax(np.abs(z))], rtol=1e-8)
     # Friction that no real residual would show tells no sign.
     assert (np.sign(least.friction_z) == np.sign(signs.friction_z)).all()
     assert (np.abs(least.friction_z) < 0.1 * np.abs(signs.friction_z)).all()
@@ -187,14 +186,15 @@ def test_the_friction_of_a_later_joint_moves_with_the_moments_that_it_rests_on(s
     )
     bare, loaded = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
     estimate = sequential_gains(bare, loaded, light, TRUSTING)
-    row, ends = 29, []
-    h = 1e-5 * float(np.sqrt(np.mean(loaded.joints[1].V ** 2)))
-    for sign in (-1.0, 1.0):
-        V = loaded.joints[1].V.copy()
-        V[row] += sign * h
-        moved = replace(loaded, joints=(loaded.joints[0], replace(loaded.joints[1], V=V), *loaded.joints[2:]))
-        ends.append(sequential_gains(bare, moved, light, TRUSTING).solution.friction)
-    derivative = (ends[1] - ends[0]) / (2.0 * h)
+    first, second, *others = loaded.joints
+    row, h = 29, 1e-5 * float(np.sqrt(np.mean(second.V**2)))
+
+    def friction(by: float) -> np.ndarray:
+        moved = replace(second, V=second.V + by * (np.arange(120) == row))
+        motion = replace(loaded, joints=(first, moved, *others))
+        return sequential_gains(bare, motion, light, TRUSTING).solution.friction
+
+    derivative = (friction(h) - friction(-h)) / (2.0 * h)
     solution = estimate.solution
     at = solution.rows.of(1).start + 120 + row
     # Of first order in the noise, 1e-5, and a central difference whose rounding is some 1e-4 of so small a part.

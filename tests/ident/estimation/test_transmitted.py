@@ -47,8 +47,9 @@ class Told:
         return self.values.get((name, -1), np.full(len(self.h), otherwise))
 
 
-@pytest.mark.parametrize("wired", [1.0, -1.0])
-@pytest.mark.parametrize("form", ["", "load", "load-through", "load-motor"])
+@pytest.mark.parametrize(
+    ("form", "wired"), [("", 1.0), ("load", -1.0), ("load-through", -1.0), ("load-motor", -1.0), ("load-motor", 1.0)]
+)
 def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wired):
     rng = np.random.default_rng(1)
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
@@ -99,10 +100,10 @@ def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(
     (ready, plain), (mirrored, _) = (
         fitted_to(problem_of(axes, [replace(log, v=log.v * by) for log in logs])) for by in (np.ones(N), turned)
     )
-    values = dict(zip(plain.model.names, plain.phi.T, strict=True))
 
     def rubbing(by: np.ndarray) -> Told:  # friction in proportion to the load has no unit and no sign of the wiring
-        return Told(by * plain.h, {key: by * x for key, x in values.items()} | {("load", -1): np.full(N, 0.13)})
+        values = {key: by * x for key, x in zip(plain.model.names, plain.phi.T, strict=True)}
+        return Told(by * plain.h, values | {("load", -1): np.full(N, 0.13)})
 
     for one, other in zip(ready.sweeps, mirrored.sweeps, strict=True):
         expected, found = transmitted(one, rubbing(np.ones(N))), transmitted(other, rubbing(turned))

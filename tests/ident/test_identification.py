@@ -23,7 +23,7 @@ from ident.support.errors import NotIdentifiable, OptionError
 
 def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur):
     logs = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
-    found = identify(ur, mounted(*logs, BRICK))
+    found = identify(ur, mounted(*logs, BRICK), policy=SIMULATED)
     for joint, true in zip(found.estimate.joints, UR_GAIN, strict=True):
         assert abs(joint.value - true) < 4.0 * joint.std  # six joints: by chance once in 2600 seeds
     assert [(each.name, each.joints) for each in found.found.findings] == [("negative gain", (1,))]
@@ -42,6 +42,7 @@ def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(axes):
             identify(axes, motions, method="ls-2011")
 
 
+@pytest.mark.slow
 def test_a_base_that_is_tilted_by_five_degrees_is_named(axes):
     wrong = replace(axes.arm, gravity=np.array([0.0, 0.85, -9.77]))
     found = identify(wrong, mounted(*logs_of(Truth()), BRICK), method="ls-2011", gains=LOOSE).found
@@ -63,13 +64,13 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
         assert isinstance(joint, IdentifiedGain) == (j not in spoilt)
     assert "the payload's centre of mass" in found.estimate.joints[2].reason
     unsure = replace(wrong, com_std=(0.02, 0.02, 0.02))
-    found = identify(axes, mounted(bare, loaded, unsure), gains=LOOSE)
+    found = identify(axes, mounted(bare, loaded, unsure), gains=LOOSE, policy=SIMULATED)
     assert found.estimate.identifiable.all()
 
 
 def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_refused(axes):
     bare, loaded = logs_of(Truth(), seed=2)
-    right = identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE).estimate
+    right = identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=SIMULATED).estimate
     off = replace(loaded, v=loaded.v + np.array([0.02, -0.07, -0.13]))
     found = identify(axes, mounted(bare, off, BRICK), gains=LOOSE)
     (said,) = [each for each in found.found.findings if each.name == "offset"]

@@ -18,7 +18,7 @@ from ident.diagnosis.limits import exclusions, undetected_sizes
 from ident.diagnosis.search import faults, survey
 from ident.identification import check
 from ident.observation.observation import ObserveOptions, observe
-from ident.preparation import DOUBTED, prepare
+from ident.preparation import DOUBTED, SIMULATED, prepare
 from ident.recordings.recording import Recording
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
@@ -44,7 +44,7 @@ def behind(pair) -> list[Recording]:
 
 @pytest.mark.parametrize(("delay", "way"), [(7.3e-3, "late"), pytest.param(-11.9e-3, "early", marks=pytest.mark.slow)])
 def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pair, delay, way):
-    sound = identified(axes, pair, policy=DOUBTED).estimate
+    sound = identified(axes, pair, policy=SIMULATED).estimate
     spoilt = [shifted(log, delay) for log in pair]
     corrected = identified(axes, spoilt, policy=AUTO)
     said = named(corrected.found.diagnoses, "delay")

@@ -113,9 +113,7 @@ def refused(problem: Problem) -> GainEstimate:
 
 
 @pytest.mark.parametrize("factor", [1.3, 1.0])
-def test_a_fault_that_the_estimate_does_not_bear_out_is_chance_and_one_that_it_cannot_test_is_diagnosed(
-    axes, monkeypatch, factor
-):
+def test_a_fault_that_the_estimate_does_not_bear_out_is_chance_unless_it_cannot_test_it(axes, monkeypatch, factor):
     bare, heavy = logs_of(Truth())
     logs = doubted(axes, [bare, changed(heavy, v=factor * heavy.v)])
     certain = replace(compared(logs, scaled(logs, (1,), (), 1.3)), u=np.linspace(0.9, 1.1, 40))
@@ -126,7 +124,8 @@ def test_a_fault_that_the_estimate_does_not_bear_out_is_chance_and_one_that_it_c
         assert [each.name for each in said.diagnoses] == (["current scale"] if factor == 1.3 else [])
         assert bool(said.excluded) == (factor == 1.0)
         opaque = lambda problem: without_influence(all_joints(problem))  # noqa: E731
-        for known in ((), (now, None), (now, refused), (now, opaque), (without_influence(now), all_joints)):
+        every = ((), (now, None), (now, refused), (now, opaque), (without_influence(now), all_joints))
+        for known in every if factor == 1.0 else ():
             assert "current scale" in {each.name for each in diagnose(logs, *known).diagnoses}
 
 

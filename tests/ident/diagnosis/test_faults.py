@@ -48,11 +48,10 @@ def test_the_reading_that_undoes_a_fault_is_among_the_first(axes, fault):
             np.testing.assert_allclose(getattr(read, x), getattr(want, x), rtol=1e-9, atol=1e-9, err_msg=x)
 
 
-QUICK = ["columns v2 and v3 are exchanged", "ms later than the positions"]
-ALIKE = [pytest.param(each, marks=pytest.mark.slow) for each in FAULTS if FAULTS[each][0] and each not in QUICK]
+NAMED = {each: [] if each == "ms later than the positions" else pytest.mark.slow for each in FAULTS if FAULTS[each][0]}
 
 
-@pytest.mark.parametrize("fault", QUICK + ALIKE)
+@pytest.mark.parametrize("fault", [pytest.param(fault, marks=marks) for fault, marks in NAMED.items()])
 def test_a_fault_has_one_name_everywhere(axes, fault, monkeypatch):
     monkeypatch.setattr("ident.identification.DEFAULT", "ls-2011")  # as below: what is estimated once is quick
     name, one = FAULTS[fault][0], fault in IN_ONE

@@ -155,7 +155,7 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
     assert said.cause in biased.reasons[0]
     assert biased.reasons[1:] == (None, None)  # the payload's weight determines them
     assert np.all(np.abs(biased.gain - GAIN)[1:] < 4.0 * biased.std[1:])  # more would be called wrong
-    slower = identified(axes, logs, observing=SLOW, policy=SIMULATED)
+    slower = identified(axes, logs, observing=SLOW)
     assert not any(each.name == "encoder noise" for each in slower.diagnoses)
     assert np.all(np.abs(slower.gain - GAIN) < 3.0 * slower.std)
     assert not slower.gain.mask.any()
@@ -171,7 +171,7 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
 
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):
     monkeypatch.delattr("ident.diagnosis.gain_checks.instrumental_gains")
-    found = identified(axes, logs_with(1e-6), policy=SIMULATED)
+    found = identified(axes, logs_with(1e-6))
     assert not any(each.name == "encoder noise" for each in found.diagnoses)
 
 

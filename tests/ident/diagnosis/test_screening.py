@@ -126,7 +126,7 @@ def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):
     np.testing.assert_allclose(found, [0.0, expected.sum()], rtol=1e-9)
 
 
-@pytest.mark.parametrize("sound", [True, False])
+@pytest.mark.parametrize("sound", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_alternatives_that_the_last_joints_contradict_are_those_that_all_joints_exclude(ur, six, sound):
     wrong = [replace(each, v=exchanged(each.v, 1, 2)) for each in six.recordings]
     logs = six if sound else doubted(ur, wrong)

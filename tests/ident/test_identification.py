@@ -99,22 +99,19 @@ def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monke
 
 
 def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch):
-    ran = list[GainOptions]()
-    once = joint_by_joint_gains
+    ran = []
 
     def counted(problem, options):
-        ran.append(problem.options)
-        return once(problem, options)
+        ran.append(problem)
+        return joint_by_joint_gains(problem, options)
 
     monkeypatch.setitem(ESTIMATORS, "ls-2011", plug_in(counted, NoOptions))
     logs = logs_of(Truth())
     asked = replace(LOOSE, uncertainty="jackknife")
     found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=asked).estimate
     assert len(ran) == 1
-    observed = [observe(log, axes, ObserveOptions()) for log in logs]
-    direct = once(pair(*observed, BRICK, asked))
-    assert found.joints == direct.joints
-    assert found.options == asked
+    direct = joint_by_joint_gains(pair(*(observe(log, axes, ObserveOptions()) for log in logs), BRICK, asked))
+    assert (found.joints, found.options) == (direct.joints, asked)
     with pytest.raises(OptionError, match="options are float"):
         identify(axes, mounted(*logs, BRICK), method="ls-2011", options=1.5, policy=SIMULATED)
 

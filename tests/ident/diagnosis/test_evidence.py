@@ -100,8 +100,7 @@ def test_what_is_held_out_is_left_by_a_fit_that_has_not_seen_the_block(made):
     nothing = [np.zeros((len(V), 1)) for V in made.V]
     np.testing.assert_allclose(score.squares, made.squares(nothing), rtol=RIDGE, atol=1e-12)
     np.testing.assert_array_equal(score.rows[[0, 2]], [np.bincount(made.block[j], minlength=40) for j in (0, 2)])
-    assert not score.squares[1].any()
-    assert not score.rows[1].any()
+    assert not np.vstack((score.squares[1], score.rows[1])).any()
     np.testing.assert_allclose(made.fits.sigma, made.sigma(), rtol=RIDGE)
 
 
@@ -154,11 +153,9 @@ def test_a_deviation_grows_where_residuals_last_for_a_block():
 
 
 def test_columns_that_the_model_knows_add_nothing(made):
-    known = [W @ np.ones((W.shape[1], 1)) for W in made.W]
-    assert added(made.fits, known) is None
-    assert added(made.fits, [None, None, None]) is None
-    assert added(made.fits, [np.zeros((len(V), 1)) for V in made.V]) is None
-    assert added(made.fits, [None, made.columns[1], None]) is None  # of the joint that has no fit
+    known, zero = [W @ np.ones((W.shape[1], 1)) for W in made.W], [np.zeros((len(V), 1)) for V in made.V]
+    for columns in (known, zero, [None] * 3, [None, made.columns[1], None]):  # the last of the joint that has no fit
+        assert added(made.fits, columns) is None
 
 
 @pytest.mark.parametrize("unit", [1e-5, 1e5])

@@ -107,7 +107,6 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     zeros = found["zero"]
     limits = bounds(logs.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
-    assert zeros.unit == "degrees"
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
     late = [each.sentence for each in excluded(seen) if each.family == "delay"]
@@ -162,8 +161,8 @@ def test_what_is_bounded_is_not_said_to_be_untold(seen):
 
 
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
-    alternatives = [each for each in seen.gross if each.alternative.family == "sign"]
-    one, two = ({each.alternative.joints: each for each in alternatives}[(j,)].alternative for j in (1, 3))
+    of_joint = {each.alternative.joints: each.alternative for each in seen.gross if each.alternative.family == "sign"}
+    one, two = of_joint[1,], of_joint[3,]
 
     def said(*losses: float) -> list[str]:
         made = tuple(Screened(each, -x) for each, x in zip((one, two), losses, strict=True))
@@ -181,17 +180,13 @@ def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
 
 
 def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
-    zeros = {
-        each.alternative.value: each.alternative
-        for each in seen.gross
-        if each.alternative.family == "zero" and each.alternative.joints == (4,) and each.alternative.logs == (0, 1)
-    }
-    assert sorted(zeros) == [-180.0, -90.0, 90.0]
+    every = (each.alternative for each in seen.gross)
+    zeros = [each for each in every if (each.family, each.joints, each.logs) == ("zero", (4,), (0, 1))]
+    assert sorted(each.value for each in zeros) == [-180.0, -90.0, 90.0]
 
     def said(*open_ones: float) -> list[str]:
-        gain = {size: -0.9 if size in open_ones else -1.1 for size in zeros}
-        gross = tuple(Screened(each, SURELY_WORSE * gain[size]) for size, each in zeros.items())
-        return hidden(replace(seen, gross=gross, directions=()))
+        gross = [Screened(each, SURELY_WORSE * (-0.9 if each.value in open_ones else -1.1)) for each in zeros]
+        return hidden(replace(seen, gross=tuple(gross), directions=()))
 
     assert said(-180.0) == ["zero of q5 off by half a turn"]
     assert said(-180.0, 90.0) == ["zero of q5"]

@@ -199,19 +199,17 @@ def test_the_payload_s_share_is_a_finite_difference_by_each_number_that_is_state
 
     ready = setting(clean, per_motion=False, prior_std=1.0)
     found = solution(ready, fit(ready, {}, None), np.zeros((N, 0))).payload
-    expected = []
-    for which, stated in enumerate((one, two)):
-        for name, count in (("mass", 1), ("com", 3), ("inertia", 6)):
-            for k in range(count):
-                std = np.atleast_1d(getattr(stated, f"{name}_std"))[k]
-                ends = []
-                for sign in (-1.0, 1.0):
-                    value = np.atleast_1d(np.array(getattr(stated, name), dtype=float))
-                    value[k] += 0.1 * sign * std
-                    moved = replace(stated, **{name: float(value[0]) if count == 1 else tuple(value.tolist())})
-                    ends.append(log_gains(*((moved, two) if which == 0 else (one, moved))))
-                expected.append((ends[1] - ends[0]) / 0.2)
-    expected = np.array(expected).T
+
+    def moved(which: int, name: str, k: int, by: float) -> np.ndarray:
+        both = [one, two]
+        value, std = (np.atleast_1d(getattr(both[which], each)).astype(float) for each in (name, f"{name}_std"))
+        value[k] += by * std[k]
+        both[which] = replace(both[which], **{name: float(value[0]) if name == "mass" else tuple(value.tolist())})
+        return log_gains(*both)
+
+    numbers = [("mass", 0), *(("com", k) for k in range(3)), *(("inertia", k) for k in range(6))]
+    each = [(which, *number) for which in (0, 1) for number in numbers]
+    expected = np.array([(moved(*number, 0.1) - moved(*number, -0.1)) / 0.2 for number in each]).T
     # A finite difference of a smooth function over a tenth of a deviation; the influence is of first order in 1e-5.
     least = np.abs(expected).max(axis=0).min(where=expected.any(axis=0), initial=1.0)
     np.testing.assert_allclose(found, expected, rtol=3e-3, atol=1e-3 * least)

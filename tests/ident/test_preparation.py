@@ -140,8 +140,7 @@ def test_what_several_places_say_is_joined_the_worst_first():
     weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")
     excluded = Exclusion(family="zero", sentence="zeros")
     found = joined(
-        Diagnosed(diagnoses=(weak, one), undetectable=("x",)),
-        Diagnosed(diagnoses=(two, one), excluded=(excluded,)),
+        Diagnosed(diagnoses=(weak, one), undetectable=("x",)), Diagnosed(diagnoses=(two, one), excluded=(excluded,))
     )
     assert [each.name for each in found.diagnoses] == ["a", "b", "c"]
     assert (found.excluded, found.undetectable) == ((excluded,), ("x",))

@@ -340,8 +340,7 @@ TURNED = (-2.0 * BRICK.com[0], 0.0, -2.0 * BRICK.com[2])
 
 
 @pytest.mark.parametrize(
-    ("off", "name"),
-    [pytest.param((0.0, -0.007, 0.012), "payload centre", marks=pytest.mark.slow), (TURNED, "payload")],
+    ("off", "name"), [pytest.param((0.0, -0.007, 0.012), "payload centre", marks=pytest.mark.slow), (TURNED, "payload")]
 )
 def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, off, name):
     seen, estimates = survey(doubted(axes, logs)), []

@@ -94,8 +94,7 @@ def test_the_largest_rise_within_a_log_is_named_and_half_of_it_matters():
 
 
 @pytest.mark.parametrize(
-    ("within", "between", "grade"),
-    [(6.9, 3.2, Severity.GOOD), (7.2, 3.5, Severity.WEAK), (-7.2, -3.5, Severity.WEAK)],
+    ("within", "between", "grade"), [(6.9, 3.2, Severity.GOOD), (7.2, 3.5, Severity.WEAK), (-7.2, -3.5, Severity.WEAK)]
 )
 def test_a_tenth_of_the_friction_is_weak_by_half_the_rise_within_a_log_and_the_whole_between(within, between, grade):
     (line,) = temperature([warmth("a", [31.0, 28.0], [0.2, within])])  # 3 %/K times 0.95 times half of the rise

@@ -9,14 +9,7 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident.diagnosis.families import FAMILIES, orders
 from ident.diagnosis.hypothesis import Logs, as_logged
-from ident.diagnosis.screening import (
-    MARGIN,
-    SURELY_WORSE,
-    improvements,
-    looked_at,
-    screened,
-    subsampled_states,
-)
+from ident.diagnosis.screening import MARGIN, SURELY_WORSE, improvements, looked_at, screened, subsampled_states
 from ident.diagnosis.screening import unexplained as in_stages
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of

@@ -216,9 +216,7 @@ def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
 
 
 @pytest.mark.parametrize(
-    "compliance",
-    [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), YIELDING],
-    ids=["stiff", "yielding"],
+    "compliance", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), YIELDING], ids=["stiff", "yielding"]
 )
 def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
     estimate = gains(problem_of(axes, logs_of(Truth(compliance=compliance), encoder=2e-5)))

@@ -16,13 +16,7 @@ from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import Problem
 from ident.estimation.setting import Setting
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
-from ident.estimation.terms import (
-    compliance_columns,
-    torques_of,
-    transmitted,
-    transmitted_columns,
-    without_friction,
-)
+from ident.estimation.terms import compliance_columns, torques_of, transmitted, transmitted_columns, without_friction
 from ident.numerics.signals import low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.recordings.recording import Recording

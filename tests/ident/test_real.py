@@ -109,7 +109,7 @@ def test_gains_of_one_pair_weigh_the_payload_of_the_other(real: Path, ur10e, fou
     # Off by 0.1 and 0.5 %, where the stated deviations are 1.1 %.
     assert abs(verification.together.rel_error) < 2.0 * verification.together.rel_std < 0.03
     wrong = replace(known, value=known.value * np.where(np.arange(len(known.value)) == 1, 1.15, 1.0))
-    told = verified(payload_of(problem, wrong, AllJointsOptions()), payload, wrong)
+    told = verified(payload_of(problem, wrong, AllJointsOptions(friction="load-motor")), payload, wrong)
     # Torques of a fit with a gain that is 15 % off bend the columns of the other joints' friction with load a little.
     assert max(told.joints, key=lambda each: abs(each.rel_error or 0.0) / (each.rel_std or 1.0)).joint == 1
     assert told.joints[1].verdict == DIFFERS

@@ -166,6 +166,8 @@ def test_another_unit_has_to_leave_a_joint_in_reach_and_moving(slider, span, fac
     assert within_limits(slider, moved(INSIDE[0], span, *INSIDE[2:]), how) == within
     # of joints whose unit stays nothing is asked
     assert within_limits(slider, moved((-7.0, 8.0), span, *INSIDE[2:]), how) == within
+    elsewhere = replace(how, q_order=np.array([1, 0, 2, 3]))
+    assert within_limits(slider, moved(span, INSIDE[0], *INSIDE[2:]), elsewhere) == within
     for span, within in ((1.1 * STILL, True), (0.9 * STILL, False)):  # the range at which a joint moves is the arm's
         how = replace(as_logged(slider, 1).logs[0], q_factor=np.array([0.01, 1.0, 1.0, 1.0]))
         assert within_limits(slider, moved((0.0, 100.0 * span), *INSIDE[1:]), how) == within

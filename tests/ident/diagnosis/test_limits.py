@@ -6,13 +6,12 @@ from itertools import product
 import numpy as np
 import pytest
 from consistency_logs import all_joints, at, doubted, logs_of, problem_of
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
-from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.limits import (
     SIZES,
     bounds,
@@ -44,13 +43,8 @@ def open_together(seen: Survey) -> bool:
 
 
 @pytest.fixture(scope="module")
-def logs(ur) -> Logs:
-    return doubted(ur, known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE))
-
-
-@pytest.fixture(scope="module")
-def seen(logs) -> Survey:
-    return survey(logs)
+def seen(six) -> Survey:
+    return survey(six)
 
 
 def gains_of(estimate: GainEstimate) -> np.ndarray:
@@ -64,19 +58,19 @@ def direction(seen: Survey, family: str, joints: tuple[int, ...], logs: tuple[in
 @pytest.mark.parametrize(
     ("family", "joints"), [("zero", (1,)), ("delay", ()), pytest.param("clock", (), marks=pytest.mark.slow)]
 )
-def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen, family, joints):
+def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(six, seen, family, joints):
     found = direction(seen, family, joints)
-    (size,) = bounds(logs.model.fits, [found])
+    (size,) = bounds(six.model.fits, [found])
     # Read in full and observed again: the first order errs by a tenth, of times, which move all steps, by more.
     more = {"delay": 1.4, "clock": 1.2}.get(family, 1.1)
     whole, part = (
-        [compared(logs, found.at(np.array([sign * share * size]))).z for sign in (1.0, -1.0)] for share in (more, 0.4)
+        [compared(six, found.at(np.array([sign * share * size]))).z for sign in (1.0, -1.0)] for share in (more, 0.4)
     )
     assert max(whole) < -SHOWN < max(part)
 
 
-def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(logs, seen):
-    fits = logs.model.fits
+def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(six, seen):
+    fits = six.model.fits
 
     def sure(found) -> list[float]:
         """Every tested size at which predictions are surely worse either way, without bisection."""
@@ -102,20 +96,20 @@ def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_i
         assert size == min(sure(found), default=None), found.key
 
 
-def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
+def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(six, seen):
     found = {each.family: each for each in excluded(seen) if each.limit is not None}
     zeros = found["zero"]
-    limits = bounds(logs.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
+    limits = bounds(six.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
     late = [each.sentence for each in excluded(seen) if each.family == "delay"]
     assert late[0].startswith("delays of all currents beyond ")
-    sizes = [bounds(logs.model.fits, [direction(seen, "delay", (j,), (k,)) for k in (0, 1)]) for j in range(6)]
+    sizes = [bounds(six.model.fits, [direction(seen, "delay", (j,), (k,)) for k in (0, 1)]) for j in range(6)]
     each = ", ".join(f"{1e3 * max(size):.2g} (v{j + 1})" for j, size in enumerate(sizes) if None not in size)
     assert late[1] == f"delays of one current in one log beyond {each} ms"
     scales = found["current scale"]
-    limits = bounds(logs.model.fits, [direction(seen, "current scale", (j,), (1,)) for j in range(6)])
+    limits = bounds(six.model.fits, [direction(seen, "current scale", (j,), (1,)) for j in range(6)])
     shown = [j for j, size in enumerate(limits) if size is not None]
     assert list(scales.joints) == shown
     each = ", ".join(f"{100.0 * limits[j]:.2g} (v{j + 1})" for j in shown)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import doubted, exchanged
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident.diagnosis.families import FAMILIES, orders
 from ident.diagnosis.hypothesis import Logs, as_logged
@@ -20,13 +19,8 @@ from ident.recordings.recording import Recording, resampled
 OPTIONS = ObserveOptions()
 
 
-@pytest.fixture(scope="module")
-def logs() -> tuple[Recording, Recording]:
-    return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(11), middle=UR_MIDDLE)
-
-
-def test_instants_are_of_the_filtered_motion_and_as_many_as_asked_for_at_most(logs):
-    log = logs[0]
+def test_instants_are_of_the_filtered_motion_and_as_many_as_asked_for_at_most(ur_log):
+    log = ur_log
     at = subsampled_states(log, 150, OPTIONS)
     # 2 samples and 2 periods of 10 Hz at 125 Hz are 27 at either end; 2500 - 54 in at most 150 are every 17th
     q, dq, ddq = smooth_motion(log.q, log.period, OPTIONS.cutoff_hz)
@@ -39,15 +33,15 @@ def test_instants_are_of_the_filtered_motion_and_as_many_as_asked_for_at_most(lo
     np.testing.assert_array_equal(at.moving, ~slow[chosen])
 
 
-def test_a_current_that_acts_late_is_looked_at_late_and_instants_are_no_closer_than_rows(logs):
-    late = subsampled_states(logs[0], 150, replace(OPTIONS, current_delay=2 * logs[0].period))
-    shifted = replace(logs[0], v=np.vstack((logs[0].v[[0, 0]], logs[0].v[:-2])))
+def test_a_current_that_acts_late_is_looked_at_late_and_instants_are_no_closer_than_rows(ur_log):
+    late = subsampled_states(ur_log, 150, replace(OPTIONS, current_delay=2 * ur_log.period))
+    shifted = replace(ur_log, v=np.vstack((ur_log.v[[0, 0]], ur_log.v[:-2])))
     np.testing.assert_allclose(late.v, subsampled_states(shifted, 150, OPTIONS).v, rtol=1e-9, atol=1e-12)  # rounding
-    assert len(subsampled_states(logs[0], 10_000, OPTIONS).q) == -(-(2500 - 54) // 6)  # 20 a second of 125
+    assert len(subsampled_states(ur_log, 10_000, OPTIONS).q) == -(-(2500 - 54) // 6)  # 20 a second of 125
 
 
-def test_a_jittered_clock_is_made_even_first(logs, rng):
-    log = logs[0]
+def test_a_jittered_clock_is_made_even_first(ur_log, rng):
+    log = ur_log
     t = log.t + rng.uniform(-0.002, 0.002, len(log.t))
     uneven = Recording(t, log.q, log.v)
     even = subsampled_states(resampled(uneven), 150, OPTIONS)
@@ -88,11 +82,6 @@ def test_what_is_left_is_what_least_squares_with_every_column_leaves(sound):
             np.testing.assert_allclose(left[column, log], expected, rtol=0.05)
             count = len(residual[own]) * freedom / len(V)
             np.testing.assert_allclose(rows[column, log], count, rtol=0.02)
-
-
-@pytest.fixture(scope="module")
-def six(ur) -> Logs:
-    return doubted(ur, known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE))
 
 
 def test_readings_with_other_gravities_and_lengths_leave_what_least_squares_for_each_arm_leaves(six):

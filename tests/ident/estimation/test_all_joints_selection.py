@@ -60,10 +60,8 @@ WORDS = {
     "by-direction": "differs between directions",
     "yields": "joint elasticity detected and modelled",
 }
-LOADED = (0.06, 0.09, 0.05)
-
-
-YIELDING = (2e-4, 1.5e-4, 2e-4)
+LOADED, YIELDING = (0.06, 0.09, 0.05), (2e-4, 1.5e-4, 2e-4)
+MORE = pytest.mark.slow  # other columns and forms, whose equations `test_all_joints_terms` has
 
 
 @pytest.mark.parametrize(
@@ -71,7 +69,7 @@ YIELDING = (2e-4, 1.5e-4, 2e-4)
     [
         (Truth(), {}),
         (Truth(cbrt=(0.0, 12.0, 0.0)), {"cbrt": "on joint 2"}),
-        pytest.param(Truth(by_direction=(0.0, 0.0, 1.5)), {"by-direction": "on joint 3"}, marks=pytest.mark.slow),
+        pytest.param(Truth(by_direction=(0.0, 0.0, 1.5)), {"by-direction": "on joint 3"}, marks=MORE),
         (Truth(compliance=YIELDING), {"yields": "elasticity detected and modelled"}),
     ],
     ids=["nothing", "cbrt", "by-direction", "compliance"],
@@ -87,13 +85,12 @@ def test_what_is_there_is_found_where_it_is_and_the_gains_are_within_their_devia
     assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
 
 
+BUT = " (but not of joint 1, whose compliance would be negative)"
+
+
 @pytest.mark.parametrize(
     ("compliance", "said"),
-    [
-        ((-3e-4, 1.5e-4, 2e-4), " (but not of joint 1, whose compliance would be negative)"),
-        pytest.param((-1.9e-4, -1.7e-4, -2.3e-4), "", marks=pytest.mark.slow),
-    ],
-    ids=["one", "all"],
+    [((-3e-4, 1.5e-4, 2e-4), BUT), pytest.param((-1.9e-4, -1.7e-4, -2.3e-4), "", marks=MORE)],
 )
 def test_no_joint_has_a_negative_compliance(axes, compliance, said):
     estimate = gains(made(axes, Truth(compliance=compliance), seed=8))
@@ -112,19 +109,14 @@ def test_a_compliance_is_negative_beyond_two_of_its_standard_deviations(loaded):
     assert selection.of_negative_compliance(told, count).tolist() == [False, True, False]
 
 
-BENT = (5.0, 12.0, 9.0)
 BY_DIRECTION = (1.9, -1.2, 1.5)
-NAMED = {form: Truth(**{form.replace("-", "_"): LOADED}) for form in LOAD_FORMS} | {
-    "cbrt": Truth(cbrt=BENT),
-    "by-direction": Truth(by_direction=BY_DIRECTION),
-    "load-motor+by-direction": Truth(by_direction=BY_DIRECTION, load_motor=LOADED),
-}
-MORE = pytest.mark.slow  # each form and each column by itself, whose equations `test_all_joints_terms` has
+OF_FORM = {form: Truth(**{form.replace("-", "_"): LOADED}) for form in LOAD_FORMS}
+NAMED = OF_FORM | {"cbrt": Truth(cbrt=(5.0, 12.0, 9.0)), "by-direction": Truth(by_direction=BY_DIRECTION)}
+NAMED["load-motor+by-direction"] = Truth(by_direction=BY_DIRECTION, load_motor=LOADED)
+OTHERS = [pytest.param(each, marks=MORE) for each in NAMED if each not in ("load-through", "cbrt")]
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(each, marks=[] if each in ("load-through", "cbrt") else MORE) for each in NAMED]
-)
+@pytest.mark.parametrize("name", ["load-through", "cbrt", *OTHERS])
 def test_friction_that_is_named_gives_the_gains_where_it_is_and_matters(axes, name):
     problem = made(axes, NAMED[name])
     told, plain = gains(problem, friction=name), gains(problem, friction="viscous-coulomb")
@@ -143,7 +135,7 @@ def test_friction_that_is_named_gives_the_gains_where_it_is_and_matters(axes, na
 @pytest.mark.parametrize("form", ["load-motor", *(pytest.param(each, marks=MORE) for each in ("load", "load-through"))])
 def test_load_friction_is_found_and_what_is_not_told_of_its_form_is_a_share(axes, form):
     # c |V| of the motor and c |x| of gears without rotors are the same currents of gains that are 1 - c^2 apart.
-    estimate = gains(made(axes, Truth(**{form.replace("-", "_"): LOADED})))
+    estimate = gains(made(axes, OF_FORM[form]))
     remark = remarked(estimate, "load-dependent friction: ")
     alike = {"load"} if form == "load" else {"load-motor", "load-through"}
     assert any(f" {LOAD_FORMS[each]}, " in remark for each in alike)
@@ -212,9 +204,7 @@ def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
     assert (np.abs(off(told))[SHOWN] < 5e-3).all()
 
 
-@pytest.mark.parametrize(
-    "compliance", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), YIELDING], ids=["stiff", "yielding"]
-)
+@pytest.mark.parametrize("compliance", [pytest.param((0.0, 0.0, 0.0), marks=MORE), YIELDING])
 def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
     estimate = gains(problem_of(axes, logs_of(Truth(compliance=compliance), encoder=2e-5)))
     assert bool(remarked(estimate, WORDS["yields"])) == any(compliance)

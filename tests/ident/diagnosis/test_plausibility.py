@@ -12,9 +12,10 @@ from ident.support.errors import NotIdentifiable, RecordingError
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
 
 
-@pytest.fixture
-def motions(structure, heavy, rng):
+@pytest.fixture(scope="module")
+def motions(structure, heavy):
     """Bare, loaded, and bare again, with 2 % noise."""
+    rng = np.random.default_rng(7)
     chi = rng.uniform(0.5, 2.0, 84)
     given = [(chi, each, each) for each in (None, heavy, None)]
     return [each.observation for each in exact_problem(structure, given, GAIN, rng, noise=0.02, rows=400).motions]

@@ -1,6 +1,7 @@
 """Recordings of three axes with known friction, observed as they are or with something wrong."""
 
 from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
 
 import numpy as np
 from known_logs import BRICK, mounted
@@ -26,8 +27,12 @@ PLAIN = AllJointsOptions(friction="viscous-coulomb", zero_std=0.0, tilt_std=0.0)
 def problem_of(
     axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS, **observing: float
 ) -> Problem:
-    observed = (observe(log, axes, ObserveOptions(**observing)) for log in logs)
+    observed = (_seen(log, axes, ObserveOptions(**observing)) for log in logs)
     return Problem(axes, tuple(map(ObservedMotion, observed, payloads)), LOOSE)
+
+
+_seen = lru_cache(maxsize=32)(observe)
+"""Of the same log: many problems differ in what is stated alone."""
 
 
 def ready_of(problem: Problem) -> Setting:
@@ -38,6 +43,12 @@ def ready_of(problem: Problem) -> Setting:
 def logs_of(
     truth: Truth, seed: int = 5, payloads: Sequence[Payload | None] = PAYLOADS, **noise: float
 ) -> list[Recording]:
+    return list(_made(truth, seed, tuple(payloads), **noise))
+
+
+@cache
+def _made(truth: Truth, seed: int, payloads: tuple[Payload | None, ...], **noise: float) -> list[Recording]:
+    """Once a process: arrays of recordings are read-only."""
     return real_logs(truth, payloads, np.random.default_rng(seed), **noise)
 
 

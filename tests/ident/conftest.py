@@ -41,6 +41,12 @@ def ur_log() -> Recording:
 
 
 @pytest.fixture(scope="session")
+def six(ur) -> Logs:
+    """A bare and a loaded log of the arm `ur`, nothing wrong with them."""
+    return doubted(ur, known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE))
+
+
+@pytest.fixture(scope="session")
 def axes() -> Structure:
     return structure_of(arm_of(three_axes()))
 

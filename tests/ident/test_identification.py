@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import LOOSE, logs_of
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, mounted, ur_like
-from real_friction import Truth
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
+from real_friction import GAIN, Truth
 
 from ident.estimation.estimate import IdentifiedGain, joint_signs
 from ident.estimation.estimators import ESTIMATORS, plug_in
@@ -16,42 +16,34 @@ from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import GainOptions, NoOptions, Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
-from ident.payload.payload import Payload
 from ident.preparation import SIMULATED
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Motion
 from ident.support.errors import NotIdentifiable, OptionError
 
 
-@pytest.fixture(scope="module")
-def logs() -> tuple[Recording, Recording]:
-    return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
-
-
-def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
-    found = identify(ur, mounted(*logs, BRICK))
-    for joint, true in zip(found.estimate.joints, UR_GAIN, strict=True):
-        assert isinstance(joint, IdentifiedGain)
-        assert abs(joint.value - true) < 4.0 * joint.std  # six joints: by chance once in 2600 seeds
+def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(axes):
+    found = identify(axes, mounted(*logs_of(Truth()), BRICK), gains=LOOSE, policy=SIMULATED)
+    assert (np.abs(found.gain - GAIN) < 4.0 * found.std).all()  # three joints: by chance once in 5000 seeds
     assert [(each.name, each.joints) for each in found.found.findings] == [("negative gain", (1,))]
     signs = joint_signs(found.estimate)
-    np.testing.assert_array_equal(np.sign(signs.friction_z), np.sign(UR_GAIN))
+    np.testing.assert_array_equal(np.sign(signs.friction_z), np.sign(GAIN))
     std = np.array([joint.residual_std / abs(joint.value) for joint in found.estimate.joints])
     np.testing.assert_allclose(np.abs(signs.load_z), 1.0 / std, rtol=1e-9)
 
 
-def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(ur, logs):
-    one, other = (replace(each, name=name) for each, name in zip(logs, ("a.csv", "b.csv"), strict=True))
-    copy = replace(BRICK)  # as of two groups that name the same file
-    for motions in ([Motion(one, BRICK), Motion(other, BRICK)], [Motion(one, BRICK), Motion(other, copy)]):
-        said = rf"a\.csv and b\.csv carry the same payload of {BRICK.mass:g} kg, and no log is bare"
+def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(axes):
+    one, other = (Motion(replace(log, name=name), BRICK) for log, name in zip(logs_of(Truth()), "ab", strict=True))
+    copy = replace(other, payload=replace(BRICK))  # as of two groups that name the same file
+    for motions, names in (([one, other], "a and b carry"), ([one, copy], "a and b carry"), ([one], "a carries")):
+        said = f"{names} the same payload of {BRICK.mass:g} kg, and no log is bare"
         with pytest.raises(NotIdentifiable, match=said):
-            identify(ur, motions)
-    with pytest.raises(NotIdentifiable, match=r"a\.csv carries the same payload"):
-        identify(ur, [Motion(one, BRICK)])
+            identify(axes, motions, method="ls-2011")
 
 
-def test_a_base_that_is_tilted_by_five_degrees_is_named(logs):
-    found = identify(arm_of(ur_like((0.0, 0.85, -9.77))), mounted(*logs, BRICK), method="ls-2011").found
+@pytest.mark.slow
+def test_a_base_that_is_tilted_by_five_degrees_is_named(axes):
+    wrong = replace(axes.arm, gravity=np.array([0.0, 0.85, -9.77]))
+    found = identify(wrong, mounted(*logs_of(Truth()), BRICK), method="ls-2011", gains=LOOSE).found
     tilted = next(each for each in found.findings if each.name == "base")
     # Upright is one of the bases that are tried; gravity there is 5 degrees off.
     assert "gravity points along (0, 0, -1)" in tilted.sentence or "tilted by 5" in tilted.sentence
@@ -70,20 +62,18 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
         assert isinstance(joint, IdentifiedGain) == (j not in spoilt)
     assert "the payload's centre of mass" in found.estimate.joints[2].reason
     unsure = replace(wrong, com_std=(0.02, 0.02, 0.02))
-    found = identify(axes, mounted(bare, loaded, unsure), gains=LOOSE)
+    found = identify(axes, mounted(bare, loaded, unsure), gains=LOOSE, policy=SIMULATED)
     assert found.estimate.identifiable.all()
 
 
 def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_refused(axes):
     bare, loaded = logs_of(Truth(), seed=2)
-    right = identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE).estimate
-    off = Recording(loaded.t, loaded.q, loaded.v + np.array([0.02, -0.07, -0.13]), loaded.name)
+    right = identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=SIMULATED).estimate
+    off = replace(loaded, v=loaded.v + np.array([0.02, -0.07, -0.13]))
     found = identify(axes, mounted(bare, off, BRICK), gains=LOOSE)
     (said,) = [each for each in found.found.findings if each.name == "offset"]
     assert said.logs == ("loaded",)
-    assert said.sentence.startswith(
-        "the currents are offset from those of the first log in loaded alone; gains are off"
-    )
+    assert said.sentence.startswith("the currents are offset from those of the first log in loaded alone; gains are")
     moved = 100.0 * (right.solution.inverse / found.estimate.solution.inverse - 1.0)
     of = {each.joint: each.percent for each in said.effects}
     np.testing.assert_allclose([of[j] for j in (1, 2)], moved[1:], rtol=0.15)  # the first order of some per cent
@@ -91,10 +81,7 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
     exact = AllJointsOptions(scale_std=0.0, size_std=0.0, sign_std=0.0, position_std=0.0, time_std=0.0)
     sure = identify(axes, mounted(bare, off, BRICK), gains=LOOSE, options=exact).estimate
     assert [j for j in (1, 2) if not sure.identifiable[j]] == [1, 2]
-    reason = found.estimate.joints[2].reason
-    assert reason.startswith("the gain is off by -")
-    assert reason.count("off by") == 1
-    assert "; gains are off" not in reason
+    assert found.estimate.joints[2].reason.startswith("the gain is off by -")
 
 
 def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monkeypatch):
@@ -102,32 +89,30 @@ def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monke
         raise NotIdentifiable("the gains do not converge")
 
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="swapped"):
-        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=SIMULATED)
-    monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
-    with pytest.raises(NotIdentifiable, match="swapped"):
-        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=SIMULATED)
-    with pytest.raises(NotIdentifiable, match="the gains do not converge"):
-        identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=SIMULATED)
+    for motions, method, said in (
+        ((loaded, bare), ESTIMATORS["nls"], "swapped"),
+        ((loaded, bare), replace(ESTIMATORS["ls-2011"], estimate=lost), "swapped"),
+        ((bare, loaded), replace(ESTIMATORS["ls-2011"], estimate=lost), "the gains do not converge"),
+    ):
+        monkeypatch.setattr("ident.identification.estimator", lambda _, method=method: method)
+        with pytest.raises(NotIdentifiable, match=said):
+            identify(axes, mounted(*motions, BRICK), gains=LOOSE, policy=SIMULATED)
 
 
 def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch):
-    ran = list[GainOptions]()
-    once = joint_by_joint_gains
+    ran = []
 
     def counted(problem, options):
-        ran.append(problem.options)
-        return once(problem, options)
+        ran.append(problem)
+        return joint_by_joint_gains(problem, options)
 
     monkeypatch.setitem(ESTIMATORS, "ls-2011", plug_in(counted, NoOptions))
     logs = logs_of(Truth())
     asked = replace(LOOSE, uncertainty="jackknife")
     found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=asked).estimate
     assert len(ran) == 1
-    observed = [observe(log, axes, ObserveOptions()) for log in logs]
-    direct = once(pair(*observed, BRICK, asked))
-    assert found.joints == direct.joints
-    assert found.options == asked
+    direct = joint_by_joint_gains(pair(*(observe(log, axes, ObserveOptions()) for log in logs), BRICK, asked))
+    assert (found.joints, found.options) == (direct.joints, asked)
     with pytest.raises(OptionError, match="options are float"):
         identify(axes, mounted(*logs, BRICK), method="ls-2011", options=1.5, policy=SIMULATED)
 
@@ -142,16 +127,11 @@ def test_what_an_identification_worked_with_is_freed_with_its_result(axes):
     assert all(any(each is one for one in before) for each in problems())
 
 
-@pytest.fixture(scope="module")
-def faint() -> tuple[Recording, Recording, Payload]:
-    """Logs of a payload of known mass alone, that joints alone do not see in noise of 15 %."""
+def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur):
+    # A payload of known mass alone, that joints alone do not see in noise of 15 %.
     full = replace(BRICK, mass=0.3, com=(0.0, 0.0, 0.01), inertia=(1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0), mass_std=0.001)
     bare, loaded = known_logs(ur_like(), full, UR_GAIN, np.random.default_rng(3), middle=UR_MIDDLE, noise=0.15)
-    return bare, loaded, replace(full, known="mass")
-
-
-def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
-    bare, loaded, payload = faint
+    payload = replace(full, known="mass")
     with pytest.raises(NotIdentifiable, match="ls-2011 finds no torque of the payload on any joint"):
         identify(ur, mounted(bare, loaded, payload), method="ls-2011", policy=SIMULATED)
     # a scale between logs or zeros that may be off leave all beyond 10 %, or joint 2
@@ -163,7 +143,7 @@ def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints
         assert abs(gain.value - UR_GAIN[j]) < 3.0 * gain.std  # two joints: by chance once in 180 seeds
 
 
-# nls finds 1/g 9.7 and 10.2 deviations from zero.
+@pytest.mark.slow  # nls finds 1/g 9.7 and 10.2 deviations from zero
 def test_all_joints_find_no_gain_where_nothing_is_mounted_and_the_payload_is_asked_for(ur):
     logs = [known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(each), middle=UR_MIDDLE)[0] for each in (1, 8)]
     with pytest.raises(NotIdentifiable, match=r"was the payload mounted\?$"):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, logs_of
+from consistency_logs import LOOSE, at, changed, logs_of, without
 from known_logs import BRICK
 from real_friction import Truth
 
@@ -30,8 +30,10 @@ def gains(found: Prepared) -> np.ndarray:
     return 1.0 / joint_by_joint_gains(found.problem).solution.inverse
 
 
-def with_v(log: Recording, v: np.ndarray) -> Recording:
-    return Recording(log.t, log.q, v, log.name)
+def frozen(log: Recording) -> Recording:
+    v = log.v.copy()
+    v[700:1150, 1] = v[700, 1]
+    return changed(log, v=v)
 
 
 def test_sound_logs_are_used_as_they_are_whatever_the_policy(axes, logs):
@@ -43,9 +45,7 @@ def test_sound_logs_are_used_as_they_are_whatever_the_policy(axes, logs):
 
 
 def test_logs_of_a_simulator_are_not_repaired(axes, logs):
-    q = logs[1].q.copy()
-    q[900:, 1] += 2.0 * np.pi
-    turned = Recording(logs[1].t, q, logs[1].v, "loaded")
+    turned = changed(logs[1], q=logs[1].q + np.outer(np.arange(2500) >= 900, [0.0, 2.0 * np.pi, 0.0]))
     found = prepared(axes, logs[0], turned)
     (done,) = found.diagnoses
     assert (done.name, done.severity, done.logs) == ("wrapped", Severity.WEAK, ("loaded",))
@@ -56,20 +56,13 @@ def test_logs_of_a_simulator_are_not_repaired(axes, logs):
     assert raw.diagnoses == ()
 
 
-def test_a_log_with_a_gap_is_used_in_parts_of_one_mounting(axes, logs):
-    bare, loaded = logs
-    kept = np.r_[0:1100, 1300 : len(loaded.t)]
-    torn = Recording(loaded.t[kept], loaded.q[kept], loaded.v[kept], "loaded")
-    found = prepared(axes, bare, torn)
+def test_a_log_with_a_gap_is_used_in_parts_of_one_mounting_and_looked_at_in_the_longest_one(axes, logs):
+    found = prepared(axes, logs[0], without(logs[1], range(1100, 1300)))
     assert [each.recording.name for each in found.motions] == ["bare", "loaded, part 1", "loaded, part 2"]
     assert [each.payload for each in found.motions] == [None, BRICK, BRICK]
     assert found.problem.payloads == (BRICK,)
     assert len(found.diagnoses) == 1
-
-
-def test_a_log_in_parts_is_looked_at_in_its_longest_one_under_its_own_name(axes, logs):
-    kept = np.r_[0:700, 900 : len(logs[1].t)]
-    torn = Recording(logs[1].t[kept], logs[1].q[kept], logs[1].v[kept], "loaded")
+    torn = without(logs[1], range(700, 900))
     found = examined(torn, axes, ObserveOptions())
     assert [len(each.t) for each in found.repaired] == [700, 1600]
     np.testing.assert_array_equal(found.longest.t, torn.t[700:])
@@ -89,12 +82,8 @@ def test_what_is_repaired_is_said_once_though_another_repair_changes_what_is_sai
 @pytest.mark.parametrize("fault", ["clipped", "frozen"])
 def test_spoilt_samples_are_left_out_of_the_gains(axes, logs, fault):
     bare, loaded = logs
-    v = loaded.v.copy()
-    if fault == "clipped":
-        v[:, 1] = np.clip(v[:, 1], *(0.75 * np.array([v[:, 1].min(), v[:, 1].max()])))
-    else:
-        v[700:1150, 1] = v[700, 1]
-    wrong = with_v(loaded, v)
+    most = at(1, 0.75, 1.0, 3) * [[loaded.v.min(axis=0)], [loaded.v.max(axis=0)]]
+    wrong = frozen(loaded) if fault == "frozen" else changed(loaded, v=np.clip(loaded.v, *most))
     sound, raw = gains(prepared(axes, bare, loaded)), gains(prepared(axes, bare, wrong, policy=SIMULATED))
     mended = prepared(axes, bare, wrong)
     assert {each.name for each in mended.diagnoses} == {"clipping" if fault == "clipped" else "frozen"}
@@ -103,14 +92,11 @@ def test_spoilt_samples_are_left_out_of_the_gains(axes, logs, fault):
     error, left = abs(raw[1] / sound[1] - 1.0), abs(gains(mended)[1] / sound[1] - 1.0)
     assert error > 0.04
     assert left < 0.35 * error  # fewer rows are noisier, by a per cent or two
-    others = [0, 2]
-    np.testing.assert_allclose(gains(mended)[others], sound[others], rtol=1e-12)  # each joint has its own rows
+    np.testing.assert_allclose(gains(mended)[::2], sound[::2], rtol=1e-12)  # each joint has its own rows
 
 
 def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
-    v = logs[1].v.copy()
-    v[700:1150, 1] = v[700, 1]
-    found = prepared(axes, logs[0], with_v(logs[1], v)).logs()
+    found = prepared(axes, logs[0], frozen(logs[1])).logs()
     hypothesis = as_logged(axes.arm, 2)
     same = read_as(found, hypothesis)
     assert [len(each.V) for each in same.model.rows] == [len(each.V) for each in found.model.rows]
@@ -134,17 +120,15 @@ def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
     motions = (Motion(logs[0]), Motion(again))
     with pytest.raises(NotIdentifiable, match="bare and again contain the same motion"):
         prepare(motions, axes, policy=DOUBTED)
-    assert len(prepare(motions, axes, policy=REPORTED).motions) == 2
-    assert len(prepare(motions, axes, policy=SIMULATED).motions) == 2
+    assert [len(prepare(motions, axes, policy=each).motions) for each in (REPORTED, SIMULATED)] == [2, 2]
 
 
 @pytest.mark.parametrize("policy", [DOUBTED, SIMULATED])
 def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, logs, policy):
     bare, loaded = logs
-    two = Recording(bare.t, bare.q[:, :2], bare.v[:, :2], "two")
-    with pytest.raises(RecordingError, match="two: 2 joints, but robot"):
-        prepared(axes, two, loaded, policy=policy)
-    degrees = Recording(bare.t, np.rad2deg(bare.q), bare.v, "bare")
+    with pytest.raises(RecordingError, match="bare: 2 joints, but robot"):
+        prepared(axes, changed(bare, q=bare.q[:, :2], v=bare.v[:, :2]), loaded, policy=policy)
+    degrees = changed(bare, q=np.rad2deg(bare.q))
     doubted = (Contradiction, "all positions are in degrees in bare alone; ")  # found beside all other faults
     refused, said = doubted if policy.checked else (RecordingError, "the log looks like degrees")
     with pytest.raises(refused, match=said):
@@ -156,8 +140,7 @@ def test_what_several_places_say_is_joined_the_worst_first():
     weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")
     excluded = Exclusion(family="zero", sentence="zeros")
     found = joined(
-        Diagnosed(diagnoses=(weak, one), undetectable=("x",)),
-        Diagnosed(diagnoses=(two, one), excluded=(excluded,)),
+        Diagnosed(diagnoses=(weak, one), undetectable=("x",)), Diagnosed(diagnoses=(two, one), excluded=(excluded,))
     )
     assert [each.name for each in found.diagnoses] == ["a", "b", "c"]
     assert (found.excluded, found.undetectable) == ((excluded,), ("x",))
@@ -167,4 +150,4 @@ def test_spikes_are_refused_by_the_row_they_are_in(axes, logs):
     v = logs[1].v.copy()
     v[300::170, 1] += 60.0 * np.std(v[:, 1])
     with pytest.raises(RecordingError, match=r"loaded: v2 = .* at row 301, .*; 13 such samples"):
-        prepared(axes, logs[0], with_v(logs[1], v))
+        prepared(axes, logs[0], changed(logs[1], v=v))

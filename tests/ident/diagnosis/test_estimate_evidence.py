@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of
 from estimates import estimate_of, gain_of, solution_of
 from known_logs import BRICK
 from linear_solutions import Linear
@@ -14,7 +14,7 @@ from real_friction import Truth
 
 from ident.diagnosis import estimate_evidence, terms
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.diagnosis import Severity, two_digits
+from ident.diagnosis.diagnosis import Diagnosis, Severity, two_digits
 from ident.diagnosis.estimate_evidence import (
     FINEST,
     HeldOutEstimate,
@@ -35,7 +35,7 @@ from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
-from ident.estimation.problem import GainOptions
+from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import joint_rows
 from ident.payload.payload import standard_parameters
 
@@ -103,15 +103,16 @@ def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, li
         error = (1.0 / with_them) / (1.0 / without) - 1.0
         np.testing.assert_allclose(each.percent, 100.0 * error, rtol=1e-4)  # first order in 1e-6
         np.testing.assert_allclose(each.deviations, error / 0.04, rtol=1e-4)
+    refused = replace(made.estimate, joints=(SimpleNamespace(), made.estimate.joints[1]))
+    assert [each.joint for each in replace(made, estimate=refused).effects(currents)] == [1]
 
 
 def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
     gain = made.estimate.joints[0]
-    np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
-    np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
+    for each in (gain, replace(gain, predicted_rel_std=0.09), replace(gain, value=-gain.value)):
+        np.testing.assert_allclose(claimed(each), 0.04, rtol=1e-12)
     finer = replace(gain, residual_std=0.0003 * abs(gain.value))
     assert claimed(finer) == FINEST > finer.std / abs(finer.value)
-    np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
 
 
 def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_is_left(made, rng):
@@ -131,17 +132,6 @@ def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_i
     assert abs(base.effects(np.ones(120))[0].deviations) < abs(base.effects(np.ones(120), beside)[0].deviations)
 
 
-def test_a_joint_without_a_gain_has_no_effect(made):
-    joints = (SimpleNamespace(), made.estimate.joints[1])
-    found = replace(made, estimate=replace(made.estimate, joints=joints)).effects(np.ones(120))
-    assert [each.joint for each in found] == [1]
-
-
-def test_columns_of_joints_stand_at_their_rows_with_their_weights(made, rng):
-    one = rng.normal(size=(60, 2))
-    np.testing.assert_array_equal(made.stacked([None, one]), np.vstack((np.zeros((60, 2)), one)))
-
-
 @pytest.mark.parametrize("m", [1, 3])
 def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, linear, rng, m):
     columns = [None, rng.normal(size=(60, m))] if m == 1 else [rng.normal(size=(60, m)) for _ in range(2)]
@@ -157,18 +147,8 @@ def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, 
     beside, with_them = made.beside(direction(columns)), linear.left(linear.every, more)
     np.testing.assert_allclose(beside.fits.parts[0].fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
     np.testing.assert_allclose(beside.fits.score.squares[0], after, rtol=1e-7)
-
-
-def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
-    base = made
-    one, other = (direction([rng.normal(size=(60, 1)), rng.normal(size=(60, 1))]) for _ in range(2))
-    beside = base.beside(one)
-    again = beside.each_added([one])[0]  # at most rounding, where it is a belief that leaves something of it
+    again = beside.each_added([direction(columns)])[0]  # at most rounding, where a belief leaves something of it
     assert again is None or np.abs(again.value).max() < 1e-9
-    together = direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)])
-    (both,) = base.each_added([together])
-    # The second coefficient of a fit with both is that of a fit beside the first.
-    np.testing.assert_allclose(beside.each_added([other])[0].value, both.value[1:], rtol=1e-6)
 
 
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
@@ -189,11 +169,14 @@ def logs(axes):
     return logs_of(Truth(), seed=2)
 
 
-@pytest.mark.parametrize("method", [all_joints, joint_by_joint])
-@pytest.mark.parametrize("off", [(0.01, 0.0, 0.0), (0.0, -0.007, 0.012)])
+def weighed(axes, logs, off=(0.0, 0.0, 0.0)) -> Problem:
+    """A problem whose payload's centre is stated elsewhere."""
+    return problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+
+
+@pytest.mark.parametrize(("method", "off"), [(all_joints, (0.01, 0.0, 0.0)), (joint_by_joint, (0.0, -0.007, 0.012))])
 def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_the_gains(axes, logs, method, off):
-    sound = method(problem_of(axes, logs))
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    sound, problem = method(weighed(axes, logs)), weighed(axes, logs, off)
     estimate = method(problem)
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
@@ -209,37 +192,11 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
 
 
-def test_a_term_that_is_put_into_the_currents_moves_the_gains_by_its_effect(axes, logs):
-    problem = problem_of(axes, logs)
-    base = stated(problem, joint_by_joint(problem))
-
-    def spring(v, t, q, dq):
-        return v + 0.05 * np.std(v) * np.sin(3.0 * q)
-
-    wrong = problem_of(axes, [with_current(each, 1, spring) for each in logs])
-    columns = [
-        np.concatenate(
-            [
-                b.observation.joints[j].V - a.observation.joints[j].V
-                for a, b in zip(problem.motions, wrong.motions, strict=True)
-            ]
-        )
-        for j in range(3)
-    ]
-    moved = base.effects(base.stacked([each[:, None] for each in columns])[:, 0])
-    for each, after in zip(moved, joint_by_joint(wrong).joints, strict=True):
-        before = base.estimate.joints[each.joint].value
-        expected = 100.0 * (after.value / before - 1.0)
-        # 1/g is linear in the currents and g to first order; a part in ten thousand for the rest.
-        np.testing.assert_allclose(each.percent, expected, rtol=0.02, atol=0.01)
-
-
 def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimate):
     assert _linear(sound_estimate)
     solution = sound_estimate.solution
-    crooked = solution.influence + 0.01 * np.abs(solution.influence).max() * np.random.default_rng(5).normal(
-        size=solution.influence.shape
-    )
+    size = 0.01 * np.abs(solution.influence).max()
+    crooked = solution.influence + size * np.random.default_rng(5).normal(size=solution.influence.shape)
     assert not _linear(replace(sound_estimate, solution=replace(solution, influence=crooked)))
     exact = replace(solution.rows, residual=np.zeros_like(solution.rows.residual))
     assert not _linear(replace(sound_estimate, solution=replace(solution, rows=exact)))
@@ -247,10 +204,8 @@ def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimat
 
 def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
     step = np.array([1e-6, -2e-6, 3e-6])
-    given = (BRICK.mass, BRICK.inertia)
-    moved = standard_parameters(given[0], BRICK.com + step, given[1]) - standard_parameters(
-        given[0], BRICK.com, given[1]
-    )
+    there, here = (standard_parameters(BRICK.mass, BRICK.com + by, BRICK.inertia) for by in (step, 0.0 * step))
+    moved = there - here
     per_metre = terms.per_metre
     np.testing.assert_allclose(per_metre(BRICK) @ step, moved, atol=1e-10)  # second order: 4.3 kg, 1e-11 m^2
     centre = per_metre(replace(BRICK, known="com", com_std=(0.3, 0.2, 0.1), mass_std=0.7))
@@ -263,16 +218,15 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
 def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
     problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))
     estimate = joint_by_joint(problem)
-    found = list(payload_errors(problem, estimate))
-    assert [each.family for each in found] == [*families, "payload shift"]  # none moves in its mount
-    assert all(each.at_fault for each in found)  # gains that they spoil are refused
+    found = {each.family: each.at_fault for each in payload_errors(problem, estimate)}
+    # none moves in its mount; gains that they spoil are refused
+    assert list(found.items()) == [(each, True) for each in (*families, "payload shift")]
 
 
-@pytest.mark.parametrize("least", [0.0, 1e-14])  # exactly, or but for rounding
-def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch, least):
-    problem = problem_of(axes, logs)
-    per_metre = terms.per_metre
-    monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
+def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch):
+    problem, per_metre = problem_of(axes, logs), terms.per_metre
+    # without any but for rounding
+    monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, 1e-14, 1.0])
     (centre, _, shift) = payload_errors(problem, joint_by_joint(problem))
     assert {each.shape[1] for each in centre.columns} == {2}
     assert "(+13, -, -27) mm" in centre.described(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
@@ -292,9 +246,7 @@ def elastic(axes, logs):
 
 
 def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not_yield(axes, logs):
-    sound = all_joints(problem_of(axes, logs))
-    off = (0.0, -0.006, 0.011)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    sound, problem = all_joints(weighed(axes, logs)), weighed(axes, logs, (0.0, -0.006, 0.011))
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
@@ -314,15 +266,17 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
     problem, seen, spring = problem_of(axes, logs), doubted(axes, logs), elastic(axes, logs)
     base = stated(problem, all_joints(problem))
     (lack,) = shown_beside(base, [spring])
-    moved = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    least, *_, most = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    assert most > 1.3 * least
+
+    def limited(base: HeldOutEstimate, limit: float) -> HeldOutEstimate:
+        return replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=limit)))
+
     for factor, severity in ((0.9, Severity.WRONG), (1.1, Severity.WEAK)):
-        options = replace(problem.options, max_rel_std=factor * moved[-1] / 100.0)
-        limited = lack._replace(model=replace(lack.model, problem=replace(problem, options=options)))
-        assert diagnosis_of(limited, ("a", "b")).severity is severity
-    assert len(moved) > 1
-    assert moved[-1] > 1.3 * moved[0]
+        told = diagnosis_of(lack._replace(model=limited(lack.model, factor * most / 100.0)), ("a", "b"))
+        assert told.severity is severity
     # What is unexplained beside a term that the model lacks refuses none.
-    strict = replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=1e-3)))
+    strict = limited(base, 1e-3)
     monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
     found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen.names, seen.model, stiff=None)]
     assert found == [(terms.ELASTICITY, Severity.WRONG), ("unexplained", Severity.WEAK)]
@@ -330,12 +284,15 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
 
 @pytest.mark.parametrize(
     ("compliance", "off"),
-    [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125)), (4e-3, (0.0, -0.0065, 0.0125))],
+    [
+        pytest.param(1.2e-3, (0.0, 0.0, 0.0), marks=pytest.mark.slow), (5e-4, (0.0, -0.0065, 0.0125)),
+        (4e-3, (0.0, -0.0065, 0.0125)),
+    ],
     ids=["explain it all", "a tie", "softer than their first order describes"],
-)
+)  # fmt: skip
 def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    problem = weighed(axes, logs, off)
     estimate, stiff = yielding(problem)
     (centre, *_) = payload_errors(problem, estimate)
     (alone,) = shown_beside(stated(problem, stiff), [centre])
@@ -357,8 +314,7 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
         problem = problem_of(axes, pair)
         base = stated(problem, all_joints(problem))
         lack = next(shown_beside(base, list(payload_errors(problem, base.estimate))))
-        assert lack.best.alternative.family == name
-        assert lack.best.alternative.logs == (1,)
+        assert (lack.best.alternative.family, lack.best.alternative.logs) == (name, (1,))
         if name == "payload shift":
             size, std = lack.best.value[-3:], np.sqrt(np.diag(lack.best.covariance))[-3:]
             assert (np.abs(size - (0.05, 0.05, -0.05)) < 3.0 * std).all()
@@ -376,42 +332,36 @@ def test_a_shift_in_one_of_two_loaded_logs_grows_there_alone(axes, logs):
         for j, columns in enumerate(each.columns):
             rows, (mean, growth) = joint_rows(problem, j), np.hsplit(columns, 2)
             own = rows.motion == each.logs[0]
-            assert not growth[~own].any()
-            share = rows.position[own] / rows.position[own].max() - 0.5
-            np.testing.assert_allclose(growth[own], share[:, None] * mean[own], rtol=1e-12)
+            share = np.where(own, rows.position / rows.position[own].max() - 0.5, 0.0)
+            np.testing.assert_allclose(growth, share[:, None] * mean, rtol=1e-12)
 
 
-TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
+TURNED = (-2.0 * BRICK.com[0], 0.0, -2.0 * BRICK.com[2])
 
 
 @pytest.mark.parametrize(
-    ("com", "name"), [(np.add(BRICK.com, (0.0, -0.007, 0.012)), "payload centre"), (TURNED, "payload")]
+    ("off", "name"), [pytest.param((0.0, -0.007, 0.012), "payload centre", marks=pytest.mark.slow), (TURNED, "payload")]
 )
-def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, com, name):
-    sound = all_joints(problem_of(axes, logs)).solution.inverse
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(com))))
-    estimate = all_joints(problem)
-    seen = survey(doubted(axes, logs))
-    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None)
+def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, off, name):
+    seen, estimates = survey(doubted(axes, logs)), []
+
+    def lacks(problem: Problem) -> list[Diagnosis]:
+        estimates.append(all_joints(problem))
+        base = stated(problem, estimates[-1])
+        return list(lacks_of(base, seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None))
+
+    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
+    assert not lacks(weighed(axes, logs))
+    (said,) = lacks(weighed(axes, logs, off))
     assert (said.name, said.severity) == (name, Severity.WRONG)
     assert said.z > 5.0
     assert said.sentence == f"{said.cause}{consequence(said.effects)}"
-    moved = 100.0 * (sound / estimate.solution.inverse - 1.0)
+    sound, wrong = (each.solution.inverse for each in estimates)
+    moved = 100.0 * (sound / wrong - 1.0)
     of = {each.joint: each.percent for each in said.effects}
     for j in (1, 2):
         assert abs(moved[j]) > 2.0
         np.testing.assert_allclose(of[j], moved[j], rtol=0.1)
-    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
-    assert not list(
-        lacks_of(
-            stated(problem_of(axes, logs), all_joints(problem_of(axes, logs))),
-            seen.directions,
-            ("a", "b"),
-            seen.logs.model,
-            all_joints,
-            stiff=None,
-        )
-    )
 
 
 def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_together_explain_most():
@@ -430,11 +380,8 @@ def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_t
         return _may_be_of_payload(SimpleNamespace(payload_errors=errors, each_added=each_added), lack)
 
     few, many = own
-    assert not may_be(None)
-    assert not may_be(few)
-    assert may_be(many)
-    assert may_be(many, few)
-    assert not may_be(many, SimpleNamespace(u=1.1 * many.u))
+    given = [(None,), (few,), (many, SimpleNamespace(u=1.1 * many.u)), (many,), (many, few)]
+    assert [may_be(*each) for each in given] == [False, False, False, True, True]
 
 
 def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):
@@ -459,17 +406,11 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
+    problem = weighed(axes, logs, (0.0, -0.021, 0.033))
     base = stated(problem, joint_by_joint(problem))
     (centre, *_) = payload_errors(problem, base.estimate)
     size = np.abs(base.each_added([centre])[0].value).max()
-
-    def said(largest: float) -> list[str]:
-        term = replace(centre, family="spring", largest=largest)
-        found = lacks_of(
-            replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"], stiff=None
-        )
-        return [each.name for each in found]
-
-    assert said(1.02 * size) == ["spring"]
-    assert said(0.98 * size) == []
+    bare = replace(base, problem=replace(problem, motions=problem.motions[:1]))
+    for share, names in ((1.02, ["spring"]), (0.98, [])):
+        term = replace(centre, family="spring", largest=share * size)
+        assert [each.name for each in lacks_of(bare, [term], ["a", "b"], stiff=None)] == names

@@ -2,25 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import reduce
+from itertools import product
 
 import numpy as np
 import pytest
-from consistency_logs import doubted, logs_of
+from consistency_logs import doubted, logs_of, problem_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.evidence import BLOCKS
 from ident.diagnosis.hypothesis import as_logged
-from ident.diagnosis.models import (
-    STEP,
-    Reference,
-    free_columns,
-    free_model,
-    reference,
-    row_counts,
-    with_arm,
-    with_time,
-)
+from ident.diagnosis.models import STEP, Reference, free_columns, free_model, reference, row_counts, with_arm, with_time
 from ident.estimation.rows import joint_rows
 from ident.estimation.sweep import Torques, across
 from ident.model.arm import Arm
@@ -69,13 +62,9 @@ def test_nothing_that_is_stated_of_a_payload_enters(axes, sound, fit):
 def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
     twin = replace(BRICK)
     logs = logs_of(Truth(), payloads=(None, BRICK, BRICK))
-    widths = [
-        free_columns(problem, joint_rows(problem, 1)).shape[1]
-        for problem in (
-            doubted(axes, logs, payloads).problem for payloads in ((None, BRICK, BRICK), (None, BRICK, twin))
-        )
-    ]
-    assert widths[1] - widths[0] == 10
+    problems = (problem_of(axes, logs, (None, BRICK, other)) for other in (BRICK, twin))
+    shared, own = (free_columns(problem, joint_rows(problem, 1)).shape[1] for problem in problems)
+    assert own - shared == 10
 
 
 def test_friction_in_proportion_to_the_motors_torque_is_no_fault_of_a_log(axes):
@@ -112,10 +101,9 @@ def test_every_log_has_its_blocks_and_rows_are_counted_with_those_left_out(sound
     seen = [motion.observation.joints for motion in sound.problem.motions]
     assert counts == [1 + max(int(each.position[-1]) for each in joints) for joints in seen]
     assert sound.model.fits.score.rows.shape == (3, 2 * BLOCKS)
-    for j in range(3):
-        for log, joints in enumerate(seen):
-            expected = np.bincount(joints[j].position * BLOCKS // counts[log], minlength=BLOCKS)
-            np.testing.assert_array_equal(sound.model.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
+    for j, (log, joints) in product(range(3), enumerate(seen)):
+        expected = np.bincount(joints[j].position * BLOCKS // counts[log], minlength=BLOCKS)
+        np.testing.assert_array_equal(sound.model.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
 
 
 OPTIONS = ObserveOptions()
@@ -170,15 +158,9 @@ def test_longer_links_move_currents_as_the_arm_that_has_them(fit, sound, joint):
 
 def test_a_slower_clock_moves_currents_as_a_log_of_other_seconds(fit, sound):
     found = changed(fit, 0, with_time)
-    both = []
-    for sign in (1.0, -1.0):
-        factor = 1.0 + sign * SIZE
-        same = replace(  # as many samples a cut-off
-            OPTIONS,
-            cutoff_hz=OPTIONS.cutoff_hz / factor,
-            decimation_cutoff_hz=OPTIONS.decimation_cutoff_hz / factor,
-            rows_per_second=OPTIONS.rows_per_second / factor,
-        )
+    both, rates = [], ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second")
+    for factor in (1.0 + SIZE, 1.0 - SIZE):
+        same = replace(OPTIONS, **{name: getattr(OPTIONS, name) / factor for name in rates})  # samples a cut-off
         read = as_logged(arm_of(fit), 2).changed((0,), clock=factor)
         seen = observe(read.logs[0].read(sound.recordings[0]), fit.problem.structure, same)
         both.append(currents(fit, 0, seen))
@@ -201,21 +183,14 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
     chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.h
     found = changed(fit, 0, fit.rate)
     at = [observe(log(s * SIZE), axes, OPTIONS) for s in (1.0, -1.0, 0.0)]
-    own = [currents(fit, 0, each, chi) for each in at]
+    own = [*(currents(fit, 0, each, chi) for each in at[:2]), [x[:, 0] for x in found]]
     for j in range(3):
-        clear = [  # of reversals, whose samples differ
-            {
-                int(p): x
-                for p, w, x in zip(o.joints[j].position, o.joints[j].weight, v[j], strict=True)
-                if abs(w - 1.0) < 1e-6
-            }
-            for o, v in zip(at, own, strict=True)
-        ]
-        rows = dict(zip(at[2].joints[j].position.tolist(), found[j][:, 0], strict=True))
-        kept = sorted(set(clear[0]) & set(clear[1]) & set(clear[2]) - {0})  # the first filter begins at rest
+        seen = [each.joints[j] for each in at]
+        clear = [each.position[(np.abs(each.weight - 1.0) < 1e-6) & (each.position > 0)] for each in seen]
+        kept = reduce(np.intersect1d, clear)  # of no reversal, whose samples differ; the first filter begins at rest
         assert len(kept) > 100
-        want = np.array([clear[0][p] - clear[1][p] for p in kept]) / (2.0 * SIZE)
-        assert_near(np.array([rows[p] for p in kept]), want, 3.0 * RESAMPLED)  # a rate has more of high frequencies
+        later, earlier, rate = (x[j][np.isin(each.position, kept)] for each, x in zip(seen, own, strict=True))
+        assert_near(rate, (later - earlier) / (2.0 * SIZE), 3.0 * RESAMPLED)  # a rate has more of high frequencies
 
 
 def test_axes_across_gravity_are_unit_vectors_across_it(axes):

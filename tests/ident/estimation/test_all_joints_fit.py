@@ -59,7 +59,7 @@ def whole(given: Case, sigma: np.ndarray, seed: int) -> Whole:
     return Whole(best.x[:N], best.x, -parts(best.x, True), parts(best.x, False))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 2))])
 def test_the_search_ends_where_the_whole_problem_does(small, unsure, seed):
     given = case(small, unsure, 0.02)
     found, r = given.fit(), len(given.ready.columns.V)
@@ -129,7 +129,7 @@ def test_predictions_of_blocks_are_those_of_fits_without_them(small, unsure, ste
         np.testing.assert_allclose(left, 0.0, rtol=0, atol=1e-2 * np.abs(error[block == b]).max())
 
 
-@pytest.mark.parametrize(("joint", "row"), [(0, 3), (0, 170), (1, 61), (2, 119), (2, 120)])
+@pytest.mark.parametrize(("joint", "row"), [(0, 170), (1, 61), (2, 119), (2, 120)])
 def test_the_influence_of_a_row_is_a_finite_difference(small, unsure, steady, joint, row):
     given = case(small, unsure, 1e-4, pull=1e-3)
     found, V = given.fit(), given.ready.columns.V
@@ -163,7 +163,7 @@ def test_any_start_reaches_the_same_minimum(small, unsure):
     given, rng = replace(case(small, unsure, 0.02), std=np.ones(N)), np.random.default_rng(2)
     best = given.fit()
     far = [np.array([23.0, -4.0, 0.7]), np.array([-21.0, 1.3, 2.0])]
-    for off in [*rng.normal(0.0, 1.5, (20, N)), *far]:
+    for off in [*rng.normal(0.0, 1.5, (6, N)), *far]:
         found = given.fit(np.exp(off) / TRUE)
         np.testing.assert_allclose(found.h, best.h, rtol=1e-8)
         np.testing.assert_allclose(found.theta, best.theta, rtol=0, atol=1e-8 * np.abs(best.theta).max())
@@ -183,7 +183,7 @@ def test_a_joint_that_the_prior_alone_holds_is_found_in_a_few_steps(monkeypatch)
     np.testing.assert_allclose(found.h, [start * np.exp(end)], rtol=1e-9)
 
 
-@pytest.mark.parametrize("known", ["all", "com", "mass"])
+@pytest.mark.parametrize("known", ["com", *(pytest.param(each, marks=pytest.mark.slow) for each in ("all", "mass"))])
 def test_the_payload_s_share_is_a_finite_difference_by_each_number_that_is_stated(small, unsure, steady, known):
     rng = np.random.default_rng(3)
     chi = rng.uniform(0.5, 2.0, 14 * N)
@@ -192,35 +192,26 @@ def test_the_payload_s_share_is_a_finite_difference_by_each_number_that_is_state
     clean = exact_problem(small, [(chi, None, None), (chi, unsure, one), (chi, two, two)], TRUE, rng, noise=1e-5)
 
     def log_gains(first: Payload, second: Payload) -> np.ndarray:
-        motions = (
-            clean.motions[0],
-            replace(clean.motions[1], payload=first),
-            replace(clean.motions[2], payload=second),
-        )
-        ready = setting(replace(clean, motions=motions), per_motion=False, prior_std=1.0)
+        carried = zip(clean.motions, (None, first, second), strict=True)
+        moved = replace(clean, motions=tuple(replace(each, payload=payload) for each, payload in carried))
+        ready = setting(moved, per_motion=False, prior_std=1.0)
         return -np.log(np.abs(fit(ready, {}, None).h))
 
     ready = setting(clean, per_motion=False, prior_std=1.0)
     found = solution(ready, fit(ready, {}, None), np.zeros((N, 0))).payload
-    expected = []
-    for which, stated in enumerate((one, two)):
-        for name, count in (("mass", 1), ("com", 3), ("inertia", 6)):
-            for k in range(count):
-                std = np.atleast_1d(getattr(stated, f"{name}_std"))[k]
-                ends = []
-                for sign in (-1.0, 1.0):
-                    value = np.atleast_1d(np.array(getattr(stated, name), dtype=float))
-                    value[k] += 0.1 * sign * std
-                    moved = replace(stated, **{name: float(value[0]) if count == 1 else tuple(value.tolist())})
-                    ends.append(log_gains(*((moved, two) if which == 0 else (one, moved))))
-                expected.append((ends[1] - ends[0]) / 0.2)
-    expected = np.array(expected).T
+
+    def moved(which: int, name: str, k: int, by: float) -> np.ndarray:
+        both = [one, two]
+        value, std = (np.atleast_1d(getattr(both[which], each)).astype(float) for each in (name, f"{name}_std"))
+        value[k] += by * std[k]
+        both[which] = replace(both[which], **{name: float(value[0]) if name == "mass" else tuple(value.tolist())})
+        return log_gains(*both)
+
+    numbers = [("mass", 0), *(("com", k) for k in range(3)), *(("inertia", k) for k in range(6))]
+    each = [(which, *number) for which in (0, 1) for number in numbers]
+    expected = np.array([(moved(*number, 0.1) - moved(*number, -0.1)) / 0.2 for number in each]).T
     # A finite difference of a smooth function over a tenth of a deviation; the influence is of first order in 1e-5.
-    np.testing.assert_allclose(
-        found,
-        expected,
-        rtol=3e-3,
-        atol=1e-3 * np.abs(expected).max(axis=0).min(where=expected.any(axis=0), initial=1.0),
-    )
+    least = np.abs(expected).max(axis=0).min(where=expected.any(axis=0), initial=1.0)
+    np.testing.assert_allclose(found, expected, rtol=3e-3, atol=1e-3 * least)
     unknown = {"all": 0, "com": 6, "mass": 9}[known]
     assert np.count_nonzero(found[:, :10].any(axis=0)) == 10 - unknown

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from exact import GAIN, exact_pair, values
 from scipy import stats
 
@@ -82,6 +83,7 @@ def test_of_normal_noise_the_share_that_counts_less_than_half_is_that_of_the_law
     assert share > 0.0
 
 
+@pytest.mark.slow
 def test_deviations_are_those_of_the_maximum_likelihood_where_student_s_noise_is(structure, heavy):
     rng = np.random.default_rng(11)
     motions = exact_pair(structure, heavy, GAIN, rng, rows=900)

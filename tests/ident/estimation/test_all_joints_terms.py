@@ -72,9 +72,8 @@ def test_rigid_torques_are_those_of_inverse_dynamics(ready, motion, payload):
     states = full.q, full.dq, full.ddq
     expected = torque(with_payload(three_axes(), payload), *states) + Ia * full.ddq
     # LIGHT's unknown parameters are found up to what the arm's own kinematics cannot tell apart: none of torque.
-    np.testing.assert_allclose(
-        found.sweep.at_full_rate(found.sampled), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
-    )
+    whole = found.sweep.at_full_rate(found.sampled)
+    np.testing.assert_allclose(whole, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 def at_full_rate(along: Torques, change: np.ndarray) -> np.ndarray:
@@ -95,10 +94,8 @@ def test_torques_between_evaluated_samples_are_splines(ready):
     assert len(knots) < 0.4 * len(t)
     assert (slow.at[-1] - slow.at[-2]) != slow.at[1]  # the last interval is shorter
     for fine, coarse in ((one.sampled, other.sampled), (one.softened(), other.softened())):
-        found = at_full_rate(other, coarse)
-        np.testing.assert_allclose(
-            found, interpolate.CubicSpline(knots, coarse)(t), rtol=0, atol=1e-12 * np.abs(fine).max()
-        )
+        found, spline = at_full_rate(other, coarse), interpolate.CubicSpline(knots, coarse)(t)
+        np.testing.assert_allclose(found, spline, rtol=0, atol=1e-12 * np.abs(fine).max())
         if coarse.ndim == 3:
             expected = np.vstack([of_rows_of(other.sweep, found[:, j], j) for j in range(N)])
             np.testing.assert_allclose(other.sweep.rows(coarse), expected, rtol=0, atol=1e-12 * np.abs(fine).max())
@@ -210,10 +207,8 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
             more = np.abs(x - 3.0 * rotor + friction) - np.abs(x - rotor + friction)
             spinning["load-through"].append(more * s)
         for name, parts in columns.items():
-            expected = of_rows(ready, parts, j)
-            np.testing.assert_allclose(
-                found[name][name][joint == j], expected, rtol=0, atol=1e-12 * np.abs(expected).max()
-            )
+            expected, own = of_rows(ready, parts, j), found[name][name][joint == j]
+            np.testing.assert_allclose(own, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
         size = {"load": 0.05, "load-through": 0.05, "load-motor": 0.05} | ({form: values[form]} if form else {})
         for share, of_forms in (("offset-share", offset), ("rotor-share", {} if told[j] else spinning)):
             has = {each for each, own in found.items() if share in own and own[share][joint == j].any()}

@@ -1,6 +1,7 @@
 """The columns of all joints and their cross products: nothing is lost, and what depends on others is left out."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -100,19 +101,17 @@ def test_each_mounting_has_its_own_share_of_what_is_known_and_what_was_found(sma
 def test_each_row_is_that_of_its_joint_and_motion_with_the_payload_that_it_carries(small, unsure, rng):
     motions = [(rng.uniform(0.5, 2.0, 14 * N), each, each) for each in (None, unsure, replace(unsure, known="mass"))]
     problem = exact_problem(small, motions, TRUE, rng, rows=20)
-    parts = [[replace(each, weight=rng.uniform(size=20)) for each in m.observation.joints] for m in problem.motions]
-    given = [
-        replace(m, observation=replace(m.observation, joints=tuple(own)))
-        for m, own in zip(problem.motions, parts, strict=True)
-    ]
+    given = []
+    for m in problem.motions:
+        own = tuple(replace(each, weight=rng.uniform(size=20)) for each in m.observation.joints)
+        given.append(replace(m, observation=replace(m.observation, joints=own)))
     rows = Columns.of(given, [0, 2])
-    for j in (0, 2):
-        for k, own in enumerate(parts):
-            at = (rows.joint == j) & (rows.motion == k)
-            for name in ("V", "t", "weight", "position"):
-                np.testing.assert_array_equal(getattr(rows, name)[at], getattr(own[j], name))
-            np.testing.assert_array_equal(rows.carried[at], own[j].W_L if k else 0.0)
-            assert (rows.loaded[at] == (k > 0)).all()
+    for j, (k, motion) in product((0, 2), enumerate(given)):
+        at, own = (rows.joint == j) & (rows.motion == k), motion.observation.joints[j]
+        for name in ("V", "t", "weight", "position"):
+            np.testing.assert_array_equal(getattr(rows, name)[at], getattr(own, name))
+        np.testing.assert_array_equal(rows.carried[at], own.W_L if k else 0.0)
+        assert (rows.loaded[at] == (k > 0)).all()
 
 
 def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, unsure):

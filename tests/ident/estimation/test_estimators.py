@@ -1,5 +1,6 @@
 """The contract that every entry of ESTIMATORS keeps."""
 
+import re
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
 from functools import cache
@@ -7,8 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 from exact import EXACT, GAIN, estimated, exact_observation, exact_pair, lopsided, values
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS, estimator
@@ -22,6 +21,7 @@ pytestmark = pytest.mark.parametrize("method", ESTIMATORS)
 # A search ends where its last step does; the deviations follow from a factorisation at that point.
 SETTLED = {"nls": 1e-7}
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
+WHITE = replace(LOOSE, uncertainty="classical")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -31,14 +31,12 @@ def _instruments_of_random_states():
     def bent(x: np.ndarray) -> np.ndarray:
         return x + 0.3 * np.sin(3.0 * x)
 
+    def along(joint: JointObservation) -> JointObservation:
+        return replace(joint, W=bent(joint.W), W_L=bent(joint.W_L))
+
     def instruments(problem):
-        along = (
-            replace(
-                m, observation=each(m.observation, lambda joint: replace(joint, W=bent(joint.W), W_L=bent(joint.W_L)))
-            )
-            for m in problem.motions
-        )
-        return replace(problem, motions=tuple(along)), 0.2
+        motions = (replace(m, observation=each(m.observation, along)) for m in problem.motions)
+        return replace(problem, motions=tuple(motions)), 0.2
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ident.estimation.estimators.iv.instruments", instruments)
@@ -87,9 +85,9 @@ def stds(estimate: GainEstimate) -> np.ndarray:
 def test_its_options_are_a_frozen_dataclass_and_other_options_and_names_are_refused(method, noisy, heavy):
     options = ESTIMATORS[method].options()
     assert is_dataclass(options)
-    if fields(options):
+    for each in fields(options):
         with pytest.raises(FrozenInstanceError):
-            setattr(options, fields(options)[0].name, None)
+            setattr(options, each.name, None)
     with pytest.raises(OptionError, match="options are str; this estimator accepts"):
         ESTIMATORS[method].estimate(pair(*noisy, heavy, LOOSE), "nothing")
     with pytest.raises(OptionError, match=f"unknown method 'x{method}'; did you mean '{method}'.; known: .*{method}"):
@@ -109,14 +107,13 @@ def test_a_payload_that_is_not_there_gives_no_gain(method, structure, heavy, rng
     assert all(isinstance(joint, RefusedGain) for joint in estimate.joints)
 
 
-def test_the_same_data_give_the_same_digits(method, noisy, heavy):
-    first, second = (estimated(method, *noisy, heavy, LOOSE) for _ in range(2))
+def test_the_same_data_give_the_same_digits(method, noisy, heavy, found):
+    first, second = found(method), estimated(method, *noisy, heavy, LOOSE)
     np.testing.assert_array_equal(values(first), values(second))
     np.testing.assert_array_equal(first.covariance, second.covariance)
 
 
-@settings(max_examples=4, deadline=None)
-@given(k=st.floats(0.1, 10.0))
+@pytest.mark.parametrize("k", [3.7])
 def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k, found):
     inertia, spread = tuple(k * i for i in heavy.inertia), k * heavy.mass_std
     heavier = replace(heavy, mass=k * heavy.mass, inertia=inertia, mass_std=spread)
@@ -125,15 +122,14 @@ def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k, found):
     np.testing.assert_allclose(stds(after), k * stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
-@settings(max_examples=4, deadline=None)
-@given(k=st.floats(0.01, 100.0), sign=st.sampled_from([-1.0, 1.0]))
-def test_currents_times_k_are_gains_over_k(method, noisy, heavy, k, sign, found):
-    scaled = (each(o, lambda joint: replace(joint, V=sign * k * joint.V)) for o in noisy)
+@pytest.mark.parametrize("k", [-23.0, pytest.param(0.013, marks=pytest.mark.slow)])
+def test_currents_times_k_are_gains_over_k(method, noisy, heavy, k, found):
+    scaled = (each(o, lambda joint: replace(joint, V=k * joint.V)) for o in noisy)
     before, after = found(method), estimated(method, *scaled, heavy, LOOSE)
-    np.testing.assert_allclose(values(after), sign * values(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
-    np.testing.assert_allclose(stds(after), stds(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(values(after), values(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(stds(after), stds(before) / abs(k), rtol=SETTLED.get(method, 1e3 * EXACT))
     np.testing.assert_allclose(after.rel_error_norm, before.rel_error_norm, rtol=1e-9)
-    np.testing.assert_allclose(after.sigma, k * before.sigma, rtol=1e-9)
+    np.testing.assert_allclose(after.sigma, abs(k) * before.sigma, rtol=1e-9)
 
 
 def test_a_unit_of_one_joint_s_current_does_not_touch_the_other_gains(method, noisy, heavy, found):
@@ -143,17 +139,14 @@ def test_a_unit_of_one_joint_s_current_does_not_touch_the_other_gains(method, no
     np.testing.assert_allclose(values(after), factor * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
-@settings(max_examples=3, deadline=None)
-@given(seed=st.integers(0, 2**31))
-def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(method, noisy, heavy, seed):
-    rng, options = np.random.default_rng(seed), replace(LOOSE, uncertainty="classical")
+def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(method, noisy, heavy, rng):
 
     def shuffled(joint: JointObservation) -> JointObservation:
         order = rng.permutation(len(joint.V))
         return replace(joint, V=joint.V[order], W=joint.W[order], W_L=joint.W_L[order])
 
-    before = estimated(method, *noisy, heavy, options)
-    after = estimated(method, *(each(o, shuffled) for o in noisy), heavy, options)
+    before = estimated(method, *noisy, heavy, WHITE)
+    after = estimated(method, *(each(o, shuffled) for o in noisy), heavy, WHITE)
     np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
     np.testing.assert_allclose(stds(after), stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
@@ -164,9 +157,8 @@ def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method,
         new = replace(joint, V=V, W=W, W_L=W_L, t=np.arange(len(V)), position=np.arange(len(V)))
         return replace(new, weight=np.ones(len(V)))
 
-    options = replace(LOOSE, uncertainty="classical")
-    before = estimated(method, *noisy, heavy, options)
-    after = estimated(method, *(each(o, twice) for o in noisy), heavy, options)
+    before = estimated(method, *noisy, heavy, WHITE)
+    after = estimated(method, *(each(o, twice) for o in noisy), heavy, WHITE)
     np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
     rows = before.solution.rows
     # sigma^2 = |rho|^2 / (r - b): the same square sum twice over 2 r - b, and a cofactor halved.
@@ -183,22 +175,22 @@ def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy, found)
     np.testing.assert_allclose(stds(after), stds(before), rtol=1e-9)
 
 
-@pytest.mark.parametrize(("joint", "loaded"), [(0, 1), (2, 0), (4, 1)])
+@pytest.mark.parametrize(
+    ("joint", "loaded"), [(2, 0), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((0, 1), (4, 1)))]
+)
 def test_the_influence_is_the_derivative_by_the_currents(method, structure, heavy, steady_weights, joint, loaded):
     noisy = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
     estimate = estimated(method, *noisy, heavy, LOOSE)
     rows, solution = estimate.solution.rows, estimate.solution
-    row, other = 17, noisy[1 - loaded]
-    part = noisy[loaded].joints[joint]
+    row, part = 17, noisy[loaded].joints[joint]
     h = 1e-5 * float(np.sqrt(np.mean(part.V**2)))
-    ends = []
-    for sign in (-1.0, 1.0):
-        V = part.V.copy()
-        V[row] += sign * h
-        moved = changed(noisy[loaded], {joint: replace(part, V=V)})
-        motions = (moved, other) if loaded == 0 else (other, moved)
-        ends.append(estimated(method, *motions, heavy, LOOSE).solution.inverse)
-    derivative = (ends[1] - ends[0]) / (2.0 * h)
+
+    def inverse(by: float) -> np.ndarray:
+        motions = list(noisy)
+        motions[loaded] = changed(noisy[loaded], {joint: replace(part, V=part.V + by * (np.arange(120) == row))})
+        return estimated(method, *motions, heavy, LOOSE).solution.inverse
+
+    derivative = (inverse(h) - inverse(-h)) / (2.0 * h)
     at = rows.of(joint).start + np.flatnonzero((rows.motion == loaded)[rows.of(joint)])[row]
     # Central differences of a smooth function: 1e-10 relative, rounding 1e-11 / 1e-5; the influence is of first order,
     # what it leaves out is of the size of the noise, 1e-5, times a condition number below 100.
@@ -241,8 +233,8 @@ def test_a_gain_without_prediction_below_the_limit_is_refused_with_the_predictio
     refused = below.joints[worst]
     assert isinstance(refused, RefusedGain)
     assert refused.predicted_rel_std == limit
-    assert f"predicted standard deviation {100.0 * limit:.3g} % of the gain exceeds" in refused.reason
-    assert "N m rms on this joint" in refused.reason
+    said = rf"predicted standard deviation {100.0 * limit:.3g} % of the gain exceeds.* N m rms on this joint"
+    assert re.search(said, refused.reason)
 
 
 def test_more_noise_floor_predicts_more_but_claims_the_same(method, noisy, heavy):
@@ -254,15 +246,12 @@ def test_more_noise_floor_predicts_more_but_claims_the_same(method, noisy, heavy
 def test_the_stated_uncertainty_of_the_mass_reaches_every_gain(method, noisy, heavy, found):
     sure = replace(heavy, mass_std=0.0)
     estimate = found(method)
-    moved = estimated(method, *noisy, replace(sure, mass=heavy.mass + 1e-4), LOOSE)
-    before = estimated(method, *noisy, sure, LOOSE)
+    before, moved = (estimated(method, *noisy, replace(sure, mass=heavy.mass + by), LOOSE) for by in (0.0, 1e-4))
     # A finite difference of a smooth function; the limits are those of a share of 1e-5 in the mass.
     derivative = (values(moved) / values(before) - 1.0) / 1e-4
-    np.testing.assert_allclose(
-        [joint.payload_rel_std for joint in estimate.joints], np.abs(derivative) * 0.03, rtol=2e-3
-    )
+    shares = [joint.payload_rel_std for joint in estimate.joints]
+    np.testing.assert_allclose(shares, np.abs(derivative) * 0.03, rtol=2e-3)
     for joint in estimate.joints:
-        assert isinstance(joint, IdentifiedGain)
         parts = joint.residual_std**2 + joint.payload_std**2 + joint.model_std**2
         np.testing.assert_allclose(joint.std**2, parts, rtol=1e-12)
         np.testing.assert_allclose(joint.payload_std, joint.payload_rel_std * abs(joint.value), rtol=1e-12)

@@ -21,12 +21,10 @@ def test_a_change_is_held_against_the_deviations_of_both_sets():
     A = gains([0, 1, 2], [2.0, -3.0, 5.0], [0.03, 0.01, 0.02])
     B = gains([0, 1, 2], [2.1, -3.3, 5.1], [0.04, 0.02, 0.01])
     found = compared(A, B)
-    std = np.hypot([0.03, 0.01, 0.02], [0.04, 0.02, 0.01])
-    x = np.log([1.05, 1.1, 1.02])
-    np.testing.assert_allclose([each.std for each in found.each], std, rtol=1e-12)  # rounding
-    np.testing.assert_allclose([each.rel_change for each in found.each], [0.05, 0.1, 0.02], rtol=1e-12)
-    rel_std = std * [1.05, 1.1, 1.02]  # of a ratio, as the change is
-    np.testing.assert_allclose([each.rel_std for each in found.each], rel_std, rtol=1e-12)
+    std, ratio = np.hypot([0.03, 0.01, 0.02], [0.04, 0.02, 0.01]), np.array([1.05, 1.1, 1.02])
+    told = [(each.std, each.rel_change, each.rel_std) for each in found.each]  # the last of a ratio, as the change is
+    np.testing.assert_allclose(told, np.transpose((std, ratio - 1.0, std * ratio)), rtol=1e-12)  # rounding
+    x = np.log(ratio)
     assert [each.moved for each in found.each] == [False, True, False]  # 1.0, 4.3 and 0.9 deviations
     np.testing.assert_allclose(found.limit, stats.norm.isf(0.025 / 3), rtol=1e-12)  # Bonferroni, two-sided
     np.testing.assert_allclose(found.together.chi2, np.sum((x / std) ** 2), rtol=1e-12)
@@ -47,11 +45,8 @@ def test_a_scale_common_to_all_joints_is_told_apart_from_a_pattern():
     # The scale is the weighted mean, whose variance is its covariance with each change.
     left = variance - 1.0 / np.sum(1.0 / variance)
     np.testing.assert_allclose([each.std for each in found.apart], np.sqrt(left), rtol=1e-12)
-    assert found.pattern is not None
-    assert not found.pattern.moved
     np.testing.assert_allclose(found.pattern.p, 1.0, rtol=1e-9)
-    assert found.pattern.freedom == 2
-    assert found.together.moved
+    assert (found.pattern.moved, found.pattern.freedom, found.together.moved) == (False, 2, True)
 
 
 def test_correlated_errors_hide_a_common_change_and_show_a_difference():
@@ -92,9 +87,7 @@ def test_a_joint_that_moved_alone_does_not_draw_the_common_scale_along():
     np.testing.assert_allclose(found.scale.rel_change, 0.02, rtol=1e-9)
     np.testing.assert_allclose([each.rel_change for each in found.apart], [0.0, 1.0, 0.0, 0.0], atol=1e-9)
     assert [each.moved for each in found.apart] == [False, True, False, False]
-    assert found.pattern is not None  # and the test of all joints stays one of all joints
-    assert found.pattern.freedom == 3
-    assert found.pattern.moved
+    assert (found.pattern.moved, found.pattern.freedom) == (True, 3)  # the test of all joints stays one of all joints
     rest = [gains([0, 2, 3], known.value[[0, 2, 3]], [0.03, 0.02, 0.01], 0.3) for known in (A, B)]
     np.testing.assert_allclose(found.scale.std, compared(*rest).scale.std, rtol=1e-9)
 
@@ -126,8 +119,7 @@ def test_a_gain_that_turned_moved_and_joints_with_a_gain_in_one_set_only_are_nam
     assert found.missing == ((0, "A"), (2, "B"))
     np.testing.assert_allclose([each.rel_change for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
     one = compared(gains([2], [2.0], [0.1]), gains([2], [2.1], [0.1]))
-    assert one.pattern is None
-    assert one.together.freedom == 1
+    assert (one.pattern, one.together.freedom) == (None, 1)
 
 
 @pytest.mark.parametrize(

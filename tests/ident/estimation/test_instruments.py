@@ -9,7 +9,7 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.iv import instrumental, instrumental_gains, instruments
-from ident.estimation.joint_by_joint import gain_system
+from ident.estimation.joint_by_joint import gain_system, joint_by_joint_gains
 from ident.estimation.problem import GainOptions, Problem, pair
 from ident.model.structure import structure_of
 from ident.observation.full_rate import FullRate
@@ -41,9 +41,9 @@ def logs():
     )
 
 
-def problem_of(logs, observing: ObserveOptions, *, encoder: float = 0.0, seed: int = 0) -> Problem:
+def problem_of(logs, observing: ObserveOptions, *, encoder: float = 0.0) -> Problem:
     recordings, structure = logs
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     heard = (replace(each, q=each.q + encoder * rng.standard_normal(each.q.shape)) for each in recordings)
     return pair(*(observe(each, structure, observing) for each in heard), BRICK, LOOSE)
 
@@ -87,7 +87,7 @@ def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatc
         found = smooth(q)
         return independent * np.log(found.left**2) + independent * found.kept * np.log(independent)
 
-    chosen, numbers = criterion(), {int((0.5 * independent - DEGREE) / 1.15**k) for k in range(39)}
+    chosen, numbers = criterion(), {int((0.5 * independent - DEGREE) / 1.15**k) for k in range(0, 39, 2)}
     monkeypatch.setattr("ident.observation.smooth_motion.FINER", 1e3)
     for number in numbers:
         monkeypatch.setattr("ident.observation.smooth_motion.MOST", (number + 0.5 + DEGREE) / independent)
@@ -96,8 +96,7 @@ def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatc
 
 def test_no_more_than_half_of_the_independent_samples_become_coefficients():
     kept = smooth(slow_motion(0.005 * np.arange(3000), (3.0, 4.0))[0]).kept
-    assert (kept <= 0.5).all()
-    assert (kept > 0.49).all()
+    assert ((kept <= 0.5) & (kept > 0.49)).all()
 
 
 def test_instruments_solve_their_normal_equations(structure, heavy):
@@ -117,23 +116,6 @@ def test_instruments_solve_their_normal_equations(structure, heavy):
     assert fit.inverse == fit.fit.x[-1]
 
 
-def test_errors_of_the_columns_bias_least_squares_and_not_instruments(structure, heavy):
-    # The torque's column is known with an error of its own size: least squares see half of it at most.
-    rng = np.random.default_rng(5)
-    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=400), heavy, TRUSTING)
-    system = gain_system(problem, 3, [heavy.known_part()])
-    found = []
-    for _ in range(20):
-        W = system.W.copy()
-        W[:, -1] += np.sqrt(np.mean(W[:, -1] ** 2)) * rng.standard_normal(800)
-        noisy = replace(system, W=W)
-        found.append((instrumental(noisy, W, 1e-9).inverse, instrumental(noisy, system.W, 1e-9).inverse))
-    least, instrument = np.array(found).T * GAIN[3]
-    assert (least < 0.6).all()
-    assert abs(instrument.mean() - 1.0) < 4.0 * instrument.std(ddof=1) / np.sqrt(20)
-    assert instrument.std() < 0.2
-
-
 def test_instruments_that_are_too_few_or_dependent_or_zero_or_of_no_recording_are_refused(structure, heavy):
     problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=40), heavy, TRUSTING)
     system = gain_system(problem, 3, [heavy.known_part()])
@@ -145,21 +127,18 @@ def test_instruments_that_are_too_few_or_dependent_or_zero_or_of_no_recording_ar
 
     double, empty = system.W.copy(), system.W.copy()
     double[:, 2], empty[:, 4] = 3.0 * double[:, 1], 0.0
+    dependent, zero = "does not excite every parameter: relative", "column 4 of the observation matrix is zero"
     assert instrumental(some(b + 1), some(b + 1).W, 1e-12).fit.x.shape == (b,)
-    for part, Z, said in (
-        (some(b), some(b).W, f"{b} rows cannot give {b} unknowns"),
-        (system, double, "does not excite every parameter: relative"),
-        (replace(system, W=double), system.W, "does not excite every parameter: relative"),
-        (system, empty, "column 4 of the observation matrix is zero"),
-        (replace(system, W=empty), system.W, "column 4 of the observation matrix is zero"),
-    ):
-        with pytest.raises(NotIdentifiable, match=said):
-            instrumental(part, Z, 1e-9)
+    with pytest.raises(NotIdentifiable, match=f"{b} rows cannot give {b} unknowns"):
+        instrumental(some(b), some(b).W, 1e-9)
+    for wrong, said in ((double, dependent), (empty, zero)):
+        for part, Z in ((system, wrong), (replace(system, W=wrong), system.W)):
+            with pytest.raises(NotIdentifiable, match=said):
+                instrumental(part, Z, 1e-9)
     with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording; iv needs it"):
         instrumental_gains(problem)
-    bare = replace(problem, motions=(problem.motions[0],) * 2)
     with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
-        instrumental_gains(bare)
+        instrumental_gains(replace(problem, motions=problem.motions[:1] * 2))
 
 
 def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypatch):
@@ -180,9 +159,7 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
             np.testing.assert_allclose(a.W_L, b.W_L, atol=1e-12 * np.abs(b.W_L).max())
             np.testing.assert_array_equal(a.V, b.V)
     assert kept == pytest.approx(0.45, rel=1e-12)
-    estimate = instrumental_gains(problem)
-    least = ESTIMATORS["ls-2011"]
-    ordinary = least.estimate(problem, least.options())
+    estimate, ordinary = instrumental_gains(problem), joint_by_joint_gains(problem)
     np.testing.assert_allclose(estimate.solution.inverse, ordinary.solution.inverse, rtol=1e6 * EXACT)
     # 0.45 of the positions' variance, and that share to the fifth power of the accelerations'.
     assert estimate.remarks == (
@@ -190,19 +167,9 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
     )
 
 
-def test_without_encoder_noise_instruments_and_least_squares_agree(logs):
-    problem = problem_of(logs, ObserveOptions())
-    least = ESTIMATORS["ls-2011"]
-    estimate = least.estimate(problem, least.options())
-    std = np.sqrt(np.diag(estimate.covariance)) / np.abs(estimate.solution.inverse)
-    assert (np.abs(errors("iv", problem) - errors("ls-2011", problem)) < 0.3 * std).all()
-
-
 def test_encoder_noise_that_a_wide_filter_lets_through_biases_least_squares_and_not_instruments(logs):
     # 1e-3 rad white, of which a cut-off of 40 Hz leaves as much acceleration as the motion has.
-    problems = [problem_of(logs, WIDE, encoder=1e-3, seed=seed) for seed in range(2)]
-    least, instrument = (
-        np.abs(np.mean([errors(method, problem) for problem in problems], axis=0)) for method in ("ls-2011", "iv")
-    )
+    problem = problem_of(logs, WIDE, encoder=1e-3)
+    least, instrument = (np.abs(errors(method, problem)) for method in ("ls-2011", "iv"))
     assert (instrument < 0.5 * least).sum() >= 4
     assert np.median(instrument) < 0.2 * np.median(least)

@@ -7,9 +7,8 @@ import pytest
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, exact_problem, sequential_gains, values
 
 import ident
-from ident.estimation.estimate import IdentifiedGain, RefusedGain, joint_signs, judge_identifiability
+from ident.estimation.estimate import RefusedGain, joint_signs, judge_identifiability
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.estimators.sequential_2011 import first_moments
 from ident.estimation.joint_by_joint import gain_system, joint_by_joint, joint_fit
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.payload.payload import Payload
@@ -38,13 +37,16 @@ def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structu
         assert "mass alone on this joint cannot be separated" in joint.reason
     every = sequential_gains(*pair, light, TRUSTING)
     np.testing.assert_allclose(values(every), GAIN, rtol=100 * EXACT)  # two solutions in a row
+    moments = [each.value for each in every.payload]
+    np.testing.assert_allclose(moments, heavy.mass * np.array(heavy.com), rtol=100 * EXACT)
 
 
-def test_standard_deviations_are_those_of_white_noise(structure, heavy):
+@pytest.mark.parametrize("draws", [12, pytest.param(80, marks=pytest.mark.slow)])
+def test_standard_deviations_are_those_of_white_noise(structure, heavy, draws):
     # 80 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 480) = 3.2 %, and the
-    # bound of 8 % is left by chance once in 80 seeds; these are fixed. GAIN 6 is refused: too little load.
+    # bound of 8 % is left by chance once in 80 seeds; these are fixed, the first 12 (8.3 %) within it as well.
     z = []
-    for seed in range(80):
+    for seed in range(draws):
         pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
         joints = drive_gains(*pair, heavy, CLASSICAL).joints
         z.append([(joint.value - true) / joint.residual_std for joint, true in zip(joints, GAIN, strict=True)])
@@ -58,9 +60,9 @@ def test_uncertainty_of_a_parameter_is_the_change_it_causes(structure, payload, 
     moved = replace(sure, com=(0.0, 0.0, payload.com[2] + h))
     before, after = (values(drive_gains(*pair, p, TRUSTING)) for p in (sure, moved))
     stated = drive_gains(*pair, replace(sure, com_std=(0.0, 0.0, h)), TRUSTING)
-    for j in range(5):  # joint 6 does not feel com z
-        # A finite difference of a smooth function: relative error of the order of h.
-        np.testing.assert_allclose(stated.joints[j].payload_rel_std, abs(after[j] / before[j] - 1.0), rtol=1e-3)
+    shares = [joint.payload_rel_std for joint in stated.joints[:5]]  # joint 6 does not feel com z
+    # A finite difference of a smooth function: relative error of the order of h.
+    np.testing.assert_allclose(shares, np.abs(after / before - 1.0)[:5], rtol=1e-3)
 
 
 # Problems of several motions
@@ -75,9 +77,7 @@ def test_several_motions_and_payloads_give_exact_gains(structure, heavy, rng):
     np.testing.assert_allclose(values(estimate), GAIN, rtol=EXACT)
     assert list(np.unique(estimate.solution.rows.motion)) == [0, 1, 2, 3, 4]
     # Each payload has unknown parameters of its own: the masses alone still give the joints that they load.
-    light = [
-        replace(motion, payload=motion.payload and replace(motion.payload, known="mass")) for motion in problem.motions
-    ]
+    light = (replace(each, payload=each.payload and replace(each.payload, known="mass")) for each in problem.motions)
     by_mass = found("ls-2011", replace(problem, motions=tuple(light)))
     np.testing.assert_allclose(values(by_mass)[:3], GAIN[:3], rtol=EXACT)
     assert not by_mass.identifiable[3:].any()
@@ -115,24 +115,22 @@ def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, heavy
     for j in range(6):
         fit = joint_fit(problem, j, known)
         names = [structure.base.names[c] for c in structure.joint_independent[j]]
-        z, friction = [], []
-        for wanted in ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)):
-            weight = np.zeros(len(fit.fit.x))
-            for k, name in enumerate(names):
-                weight[k] = np.sqrt(np.mean(fit.system.W[:, k] ** 2)) if name in wanted else 0.0
-            friction.append(weight @ fit.fit.x)
-            z.append(friction[-1] / np.sqrt(weight @ fit.fit.covariance @ weight))
+        size = np.sqrt(np.mean(fit.system.W**2, axis=0))
+        weights = np.zeros((2, len(fit.fit.x)))
+        for weight, wanted in zip(weights, ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)), strict=True):
+            weight[: len(names)] = [size[k] * (name in wanted) for k, name in enumerate(names)]
+        friction = weights @ fit.fit.x
+        z = friction / np.sqrt(np.diag(weights @ fit.fit.covariance @ weights.T))
         np.testing.assert_allclose(fit.system.friction @ fit.fit.x, friction, rtol=1e-12)
-        np.testing.assert_allclose(signs.friction_z[j], z[int(np.argmax(np.abs(z)))], rtol=1e-8)
+        np.testing.assert_allclose(signs.friction_z[j], z[np.argmax(np.abs(z))], rtol=1e-8)
     # Friction that no real residual would show tells no sign.
     assert (np.sign(least.friction_z) == np.sign(signs.friction_z)).all()
     assert (np.abs(least.friction_z) < 0.1 * np.abs(signs.friction_z)).all()
 
 
 def test_everything_that_ident_exports_exists():
-    for name in ident.__all__:
-        assert getattr(ident, name).__name__ in (name, "dict") if hasattr(getattr(ident, name), "__name__") else True
-    assert ident.IdentifiedGain is IdentifiedGain
+    assert all(hasattr(ident, name) for name in ident.__all__)
+    assert ident.RefusedGain is RefusedGain
     with pytest.raises(AttributeError, match="attribute identity"):
         _ = ident.identity
 
@@ -152,18 +150,13 @@ def test_the_deviation_that_decides_is_of_residuals_payload_and_model_together(s
 # By the moments of the payload
 
 
-def test_first_moments_of_exact_data_are_exact(structure, heavy, light, rng):
-    problem, mass = pair(*exact_pair(structure, heavy, GAIN, rng), heavy, TRUSTING), light.known_part()
-    moments, seen, _ = first_moments(problem, [joint_fit(problem, j, [mass]) for j in (0, 1, 2)], mass)
-    np.testing.assert_allclose(moments, heavy.mass * np.array(heavy.com), rtol=100 * EXACT)
-    assert seen.all()
-
-
-def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(structure, heavy, light):
+@pytest.mark.parametrize("draws", [12, pytest.param(60, marks=pytest.mark.slow)])
+def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(structure, heavy, light, draws):
     # 60 draws of three gains that rest on estimated moments, and of these: their rms z-scores have a standard deviation
     # of 1 / sqrt(2 * 180) = 5.3 %; 19 % is left by chance once in 3000 seeds, not so if step 2's error were dropped.
+    # The seeds are fixed; of the first 12 it is 11.8 %.
     z, dropped, of_moments = [], [], []
-    for seed in range(60):
+    for seed in range(draws):
         motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.003, rows=120)
         estimate, known = sequential_gains(*motions, light, CLASSICAL), drive_gains(*motions, heavy, CLASSICAL)
         for j in (3, 4, 5):
@@ -174,8 +167,7 @@ def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(st
         true = heavy.mass * np.array(heavy.com)
         of_moments += [(each.value - t) / each.std for each, t in zip(estimate.payload, true, strict=True)]
     rms, moments, without = (np.sqrt(np.mean(np.square(each))) for each in (z, of_moments, dropped))
-    assert abs(rms - 1.0) < 0.19
-    assert abs(moments - 1.0) < 0.19
+    assert max(abs(rms - 1.0), abs(moments - 1.0)) < 0.19
     assert without > 1.2 * rms
     sure, unsure = (sequential_gains(*motions, replace(light, mass_std=std), CLASSICAL).payload for std in (0.0, 0.07))
     for a, b in zip(sure, unsure, strict=True):
@@ -189,14 +181,15 @@ def test_the_friction_of_a_later_joint_moves_with_the_moments_that_it_rests_on(s
     )
     bare, loaded = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
     estimate = sequential_gains(bare, loaded, light, TRUSTING)
-    row, ends = 29, []
-    h = 1e-5 * float(np.sqrt(np.mean(loaded.joints[1].V ** 2)))
-    for sign in (-1.0, 1.0):
-        V = loaded.joints[1].V.copy()
-        V[row] += sign * h
-        moved = replace(loaded, joints=(loaded.joints[0], replace(loaded.joints[1], V=V), *loaded.joints[2:]))
-        ends.append(sequential_gains(bare, moved, light, TRUSTING).solution.friction)
-    derivative = (ends[1] - ends[0]) / (2.0 * h)
+    first, second, *others = loaded.joints
+    row, h = 29, 1e-5 * float(np.sqrt(np.mean(second.V**2)))
+
+    def friction(by: float) -> np.ndarray:
+        moved = replace(second, V=second.V + by * (np.arange(120) == row))
+        motion = replace(loaded, joints=(first, moved, *others))
+        return sequential_gains(bare, motion, light, TRUSTING).solution.friction
+
+    derivative = (friction(h) - friction(-h)) / (2.0 * h)
     solution = estimate.solution
     at = solution.rows.of(1).start + 120 + row
     # Of first order in the noise, 1e-5, and a central difference whose rounding is some 1e-4 of so small a part.

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from consistency_logs import PAYLOADS, logs_of, problem_of, ready_of
+from exact import full_rate
 from known_logs import fourier, torque, with_payload
 from real_friction import GAIN, MIDDLE, RATE, Truth, three_axes
 from scipy.interpolate import make_interp_spline
@@ -14,13 +15,10 @@ from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import Problem
 from ident.estimation.setting import Setting
-from ident.estimation.terms import (
-    compliance_columns,
-    torques_of,
-    transmitted,
-    transmitted_columns,
-    without_friction,
-)
+from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
+from ident.estimation.terms import compliance_columns, torques_of, transmitted, transmitted_columns, without_friction
+from ident.numerics.signals import low_passed, smooth_motion
+from ident.observation.full_rate import FullRate
 from ident.recordings.recording import Recording
 
 N = 3
@@ -47,8 +45,9 @@ class Told:
         return self.values.get((name, -1), np.full(len(self.h), otherwise))
 
 
-@pytest.mark.parametrize("wired", [1.0, -1.0])
-@pytest.mark.parametrize("form", ["", "load", "load-through", "load-motor"])
+@pytest.mark.parametrize(
+    ("form", "wired"), [("", 1.0), ("load", -1.0), ("load-through", -1.0), ("load-motor", -1.0), ("load-motor", 1.0)]
+)
 def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wired):
     rng = np.random.default_rng(1)
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
@@ -99,10 +98,10 @@ def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(
     (ready, plain), (mirrored, _) = (
         fitted_to(problem_of(axes, [replace(log, v=log.v * by) for log in logs])) for by in (np.ones(N), turned)
     )
-    values = dict(zip(plain.model.names, plain.phi.T, strict=True))
 
     def rubbing(by: np.ndarray) -> Told:  # friction in proportion to the load has no unit and no sign of the wiring
-        return Told(by * plain.h, {key: by * x for key, x in values.items()} | {("load", -1): np.full(N, 0.13)})
+        values = {key: by * x for key, x in zip(plain.model.names, plain.phi.T, strict=True)}
+        return Told(by * plain.h, values | {("load", -1): np.full(N, 0.13)})
 
     for one, other in zip(ready.sweeps, mirrored.sweeps, strict=True):
         expected, found = transmitted(one, rubbing(np.ones(N))), transmitted(other, rubbing(turned))
@@ -169,3 +168,70 @@ def test_gains_of_links_that_swing_near_their_resonance_come_back_along_the_torq
     told = AllJointsOptions(friction="viscous-coulomb", compliance=True, zero_std=0.0, tilt_std=0.0)
     inverse = all_joints_gains(problem, told).solution.inverse  # of a named model as well
     assert (np.abs(1.0 / inverse / GAIN - 1.0) < 1e-2).all()
+
+
+# What is let in beside encoder noise, against closed forms and noise that is made
+
+PERIOD, CUTOFF = 4e-3, 15.0
+M = np.array([[3.1, 0.7], [0.7, 0.4]])
+NOISE = np.array([3e-12, 8e-12])
+DENSITY = np.array([3.1**2 * (3.1**2 * 3e-12 + 0.7**2 * 8e-12), 0.4**2 * (0.7**2 * 3e-12 + 0.4**2 * 8e-12)])
+"""Of the noise that unit accelerations give, M_kk^2 (sum over l of M_kl^2 N_l)."""
+
+
+def still(noise: np.ndarray, cutoff_hz: float = CUTOFF) -> FullRate:
+    return full_rate(np.zeros((100_000, len(noise))), noise, period=PERIOD, cutoff_hz=cutoff_hz)
+
+
+@pytest.fixture(scope="module")
+def white() -> np.ndarray:
+    return np.random.default_rng(4).standard_normal((100_000, 2))
+
+
+def test_noise_is_let_in_up_to_its_share_of_the_power(white):
+    # P f of a white signal against D (2 pi)^8 f^9 / 9 of the noise: equal shares at f^8 = 9 share P / (D (2 pi)^8).
+    expected = np.array([7.3, 13.6])
+    power = DENSITY * (2.0 * np.pi) ** 8 * expected**8 / (9.0 * NOISE_SHARE)
+    own = white * np.sqrt(power / (2.0 * PERIOD))
+    # Spectra of 60 periods have lines each 2/3 Hz, of which the last one counts whole: the limit is half a line to one
+    # and a half too low.
+    found = shown_hz(still(NOISE, cutoff_hz=40.0), own, M**2)
+    np.testing.assert_allclose(found, expected - 2.0 / 3.0, rtol=0, atol=0.4)
+
+
+def test_what_is_nothing_but_encoder_noise_is_known_as_that(white):
+    # The fourth derivative of white noise, low-passed as positions are, as loud as unit accelerations make it.
+    quiet = smooth_motion(smooth_motion(white, PERIOD, CUTOFF)[2], PERIOD, 100.0)[2][2000:-2000]
+    own = quiet * np.sqrt(DENSITY / (2.0 * PERIOD))
+    for share, whole in ((0.75, True), (1.35, False)):
+        found = shown_hz(still(share * NOISE_SHARE * NOISE), own, M**2)
+        assert ((found == CUTOFF) == whole).all()
+
+
+def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
+    # Encoder noise of the second joint alone, as loud as its compliance below some Hz.
+    problem = problem_of(axes, logs_of(Truth()))
+    ready = ready_of(problem)
+    torques = torques_of(ready, fit(ready, {}, None).theta)[0]
+    softened, behind = torques.softened(), torques.sweep.behind
+    plain = torques.sweep.rows(softened)
+    inertia = np.mean(inertia_matrices(torques.arm, torques.links.chi, behind.states.q) ** 2, axis=0)
+    own = torques.sweep.at_full_rate(np.einsum("skk->sk", softened))
+    inertia[0, 1] = inertia[2, 1] = 0.0
+    noise = np.array([0.0, 1e-12, 0.0])
+    while shown_hz(replace(behind, noise=noise), own, inertia)[1] > 8.0:
+        noise *= 2.0
+    loud = replace(behind, noise=noise)
+    limit = shown_hz(loud, own, inertia)
+    assert limit[0] == limit[2] == CUTOFF
+    motion = replace(problem.motions[0], observation=replace(problem.motions[0].observation, full_rate=loud))
+    sweep = replace(torques.sweep, problem=replace(problem, motions=(motion, problem.motions[1])))
+    found = replace(torques, sweep=sweep).slowed(softened)
+    slow = low_passed(torques.sweep.at_full_rate(softened[:, :, 1]), behind.period, limit[1])
+    np.testing.assert_array_equal(found[:, 1], sweep.decimated(slow[:, :, None])[:, 0])
+    assert np.abs(found[:, 1] - plain[:, 1]).max() > 1e-4 * np.abs(plain[:, 1]).max()
+
+
+def test_of_what_noise_drowns_at_every_frequency_only_the_slowest_is_let_in(white):
+    found = shown_hz(still(NOISE), 1e-12 * white, M**2)
+    np.testing.assert_allclose(found, 0.25, rtol=1e-12)  # one line of spectra of 60 periods of 15 Hz

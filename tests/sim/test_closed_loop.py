@@ -134,8 +134,9 @@ def native(**changes) -> Experiment:
     )
     belief = replace(BELIEF, gain=tuple((1.1 * WIRED).tolist()))
     run = experiment(
-        plant=plant, belief=belief, controller=NATIVE, sensors=SensorOptions(encoder_noise=NOISE), loaded=True
-    )
+        plant=plant, belief=belief, controller=NATIVE, sensors=SensorOptions(encoder_noise=NOISE), loaded=True,
+        trajectory=short_motion(0.6, 0.01),
+    )  # fmt: skip
     return replace(run, **changes)
 
 
@@ -168,7 +169,7 @@ def test_the_native_law_is_what_its_docstring_says_saturation_included(errors):
         (log,) = record([limited], streams(4), threads=1)
         q, v = stepped(limited, 4)
         assert (np.abs(v) == limit).any() == (limit < largest).all()
-        # Rounding, over 2000 steps; friction at rest magnifies it, the position gain is some 3e3 drive units a radian.
+        # Rounding, over 600 steps; friction at rest magnifies it, the position gain is some 3e3 drive units a radian.
         np.testing.assert_allclose(log.q, q, rtol=0, atol=1e-9)
         np.testing.assert_allclose(log.v, v, rtol=0, atol=3e-6)
 

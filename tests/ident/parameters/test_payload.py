@@ -47,11 +47,12 @@ def test_a_joint_whose_gain_is_not_known_changes_nothing_but_the_deviation(weigh
     assert isinstance(masses_alone(found, heavy, known(joints=[0, 1, 2, 4, 5]))[3], str)
 
 
-def test_deviations_of_payload_and_of_a_joint_alone_are_those_of_the_draws(structure, heavy):
-    # 40 draws of noise and gains. Ten parameters: the rms of 400 z-scores has a deviation of at most 3.5 % where
-    # parameters were independent, and more for those that are not; six joints: that of 240 has one of 4.6 %.
+@pytest.mark.parametrize("draws", [12, pytest.param(40, marks=pytest.mark.slow)])
+def test_deviations_of_payload_and_of_a_joint_alone_are_those_of_the_draws(structure, heavy, draws):
+    # Draws of noise and gains. Ten parameters: the rms of 120 z-scores has a deviation of 6.5 %, of 400 one of 3.5 %,
+    # where parameters were independent, and more for those that are not; six joints: that of 240 has one of 4.6 %.
     rel_std, z, alone = np.full(6, 0.02), [], []
-    for seed in range(40):
+    for seed in range(draws):
         rng = np.random.default_rng(seed)
         noisy = weighed(structure, heavy, rng, noise=0.02)
         gains = known(GAIN * np.exp(rel_std * rng.standard_normal(6)), rel_std)
@@ -61,7 +62,7 @@ def test_deviations_of_payload_and_of_a_joint_alone_are_those_of_the_draws(struc
         alone += [(each.value - 7.025) / each.std for each in masses if isinstance(each, Quantity)]
     assert 0.85 < np.sqrt(np.mean(np.square(z))) < 1.15
     assert 0.9 < np.mean(np.abs(z) < 2.0) < 0.99
-    assert len(alone) > 200
+    assert len(alone) > 5 * draws
     assert 0.85 < np.sqrt(np.mean(np.square(alone))) < 1.15
 
 

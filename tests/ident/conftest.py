@@ -23,6 +23,12 @@ def heavy(payload) -> Payload:
     return lopsided(payload)
 
 
+@pytest.fixture
+def chi(rng) -> np.ndarray:
+    """Standard parameters of six links and drives."""
+    return rng.uniform(0.5, 2.0, 84)
+
+
 @pytest.fixture(scope="session")
 def weighed_problem(structure, heavy) -> Problem:
     return weighed(structure, heavy, np.random.default_rng(7), noise=1e-9)

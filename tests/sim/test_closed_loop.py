@@ -195,7 +195,7 @@ def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
         np.testing.assert_array_equal(together[i].v, alone.v)
 
 
-def test_what_the_native_law_cannot_do_is_refused():
+def test_what_the_native_law_cannot_do_is_refused(monkeypatch):
     cogging = nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))
     for changes, message in (
         (
@@ -207,9 +207,6 @@ def test_what_the_native_law_cannot_do_is_refused():
     ):
         with pytest.raises(PlantError, match=message):
             record([native(**changes)], streams(0), threads=1)
-
-
-def test_a_sensor_that_the_native_law_would_not_hear_is_refused(monkeypatch):
     monkeypatch.setattr(SENSORS["delay"], "reader", staticmethod(lambda *_: lambda reading: None))
     with pytest.raises(PlantError, match="reads only the encoders, but delay changes what"):
         record([native()], streams(0), threads=1)

@@ -1,6 +1,7 @@
 import time
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_mot
 from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
+from sim.engine import varied
 from sim.errors import LIMIT_REACHED, SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import SATURATED_TOO_LONG, fault
 from sim.feedforward_currents import check_torque_limits
@@ -121,15 +123,12 @@ def warmth_by_hand(start: np.ndarray, v: np.ndarray, seconds: float = 1e-3) -> n
 def seen_warmth(experiments, monkeypatch) -> tuple[list, list[np.ndarray]]:
     """Recordings, and the temperatures that the motions started with."""
     starts: list[np.ndarray] = []
-    import sim.record
-
-    plain = sim.record.varied
 
     def watched(*args, warmth=None, **rest):
         starts.append(np.zeros(6) if warmth is None else warmth.copy())
-        return plain(*args, warmth=warmth, **rest)
+        return varied(*args, warmth=warmth, **rest)
 
-    monkeypatch.setattr(sim.record, "varied", watched)
+    monkeypatch.setattr("sim.record.varied", watched)
     return record(experiments, streams(*range(len(experiments))), threads=1), starts
 
 
@@ -143,7 +142,7 @@ def test_drives_go_on_as_warm_as_the_motion_before_left_them_but_for_the_pause(m
     assert starts[2].max() > 0.3
 
 
-def test_a_warm_up_is_the_motion_repeated_for_its_time(monkeypatch):
+def test_a_warm_up_is_the_bare_motion_repeated_for_its_time_before_the_first(monkeypatch):
     # Four motions one after another. One takes a sixth of the time constant, so that heat near its end counts for more
     # than its mean: some per cent of what settles.
     motions = sequence(*[False] * 5)
@@ -154,13 +153,10 @@ def test_a_warm_up_is_the_motion_repeated_for_its_time(monkeypatch):
     np.testing.assert_allclose(warmed[2], starts[4], rtol=0.1)
     assert not warmed[0].any()
     assert (warmed[1] < warmed[2]).all()
-
-
-def test_a_warm_up_before_a_loaded_motion_is_bare_and_the_later_motions_have_none(monkeypatch):
-    _, warmed = seen_warmth(sequence(True, warm_up=3.0), monkeypatch)
-    _, bare = seen_warmth(sequence(False, True, warm_up=3.0), monkeypatch)
-    np.testing.assert_array_equal(warmed[2], bare[2])
-    assert len(bare) == 4
+    monkeypatch.undo()
+    _, loaded = seen_warmth(sequence(True, False, warm_up=4 * 0.201), monkeypatch)
+    np.testing.assert_array_equal(loaded[2], warmed[2])
+    assert len(loaded) == 4  # the second has no warm-up
 
 
 def test_a_motion_without_the_one_before_it_is_refused():
@@ -173,10 +169,8 @@ def test_a_motion_without_the_one_before_it_is_refused():
 
 def test_after_a_motion_that_failed_there_is_none():
     first, second, third = sequence(False, True, False)
-    weak = replace(
-        first.plant, drives=replace(first.plant.drives, current_limit=np.array([480.0, 50.0, 240.0, 110.0, 80.0, 45.0]))
-    )
-    broken = replace(first, plant=weak)
+    limit = np.array([480.0, 50.0, 240.0, 110.0, 80.0, 45.0])
+    broken = replace(first, plant=replace(first.plant, drives=replace(first.plant.drives, current_limit=limit)))
     outcomes = try_record([broken, second, third, *sequence(False)], streams(0, 1, 2, 3), threads=1)
     assert outcomes[0].kind == SATURATED
     assert outcomes[0] is outcomes[1] is outcomes[2]
@@ -209,7 +203,6 @@ def test_a_tenth_of_a_second_at_the_limit_is_too_long_and_a_sample_less_is_not_a
     assert fault_of(model, v) is None
     v[600 + RUN - 1, 2] = -limit[2]
     found = fault_of(model, v)
-    assert found is not None
     assert found.kind == SATURATED
     assert "drive of joint3 at its limit of 240 for more than 0.1 s from t = 0.600 s" in str(found)
     v[200:350, 1], v[700:900, 3] = limit[1], -limit[3]
@@ -224,7 +217,6 @@ def test_the_first_joint_that_leaves_its_range_is_named_with_time_and_range(mode
     low, high = model.jnt_range[4]
     q[350:, 4], q[700:, 0] = high + 0.02, model.jnt_range[0][0] - 0.1
     found = fault_of(endless, v, q)
-    assert found is not None
     assert found.kind == LIMIT_REACHED
     assert f"joint5 at {high + 0.02:.3f} rad leaves its range {low:.3f} to {high:.3f} rad at t = 0.350 s" in str(found)
 
@@ -245,18 +237,16 @@ def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once():
 
 
 def test_absurd_numbers_and_bodies_are_refused():
-    for make in (
-        lambda: nominal_plant(gain=np.full(6, 1e308)),
-        lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
-        lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
-        lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
-        lambda: replace(BELIEF, gain=(1e308,) * 6),
-        lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
+    for make, changes in (
+        (nominal_plant, {"gain": np.full(6, 1e308)}),
+        (partial(replace, CYLINDER), {"mass": 0.0}),
+        (partial(replace, CYLINDER), {"com": (0.0, np.nan, 0.1)}),
+        (partial(replace, CYLINDER), {"inertia": (1e9, 1e9, 1e9, 0.0, 0.0, 0.0)}),
+        (partial(replace, BELIEF), {"gain": (1e308,) * 6}),
+        (partial(replace, BELIEF), {"rotor_inertia": (-1.0,) * 6}),
     ):
-        with pytest.raises(PlantError) as caught:
-            make()
-        assert "\n" not in str(caught.value)
-        assert len(str(caught.value)) < 400
+        with pytest.raises(PlantError, match=r"\A[^\n]{1,400}\Z"):
+            make(**changes)
     # More about z than about x and y together, which MuJoCo refuses.
     impossible = nominal_plant(replace(CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)))
     (outcome,) = try_record([experiment(plant=impossible, loaded=True)], streams(0), threads=1)
@@ -293,14 +283,12 @@ def held(loaded: bool) -> np.ndarray:
 @pytest.mark.parametrize(("loaded", "errors"), [(False, None), (True, SOFT)])
 def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, errors):
     need, limit = np.abs(held(loaded)), nominal_plant().drives.current_limit.copy()
-    for share, joint in ((1.001, 2), (0.999, 2)):
-        limit[joint - 1] = share * need[joint - 1]
+    for share in (1.001, 0.999):
+        limit[1] = share * need[1]
         e = experiment(plant=nominal_plant(current_limit=limit, errors=errors), trajectory=HOLDING, loaded=loaded)
         if share > 1.0:
             check_torque_limits([e])
     advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
     said = rf"drive of joint2 would need up to {need[1]:.4g} where its limit is {limit[1]:g}, for more than 0\.1 s from"
-    with pytest.raises(TrajectoryError, match=said):
-        check_torque_limits([e])
-    with pytest.raises(TrajectoryError, match=advice):
+    with pytest.raises(TrajectoryError, match=rf"(?=.*{said}).*{advice}"):
         check_torque_limits([e])

@@ -34,13 +34,9 @@ def test_error_of_the_derivatives_falls_with_the_fourth_power_of_the_period():
         _, dq, ddq = smooth_motion(np.sin(2 * np.pi * 5 * t)[:, None], period, 60.0)
         inner = slice(len(t) // 4, -len(t) // 4)
         rate = 2 * np.pi * 5  # the inner half holds 50 whole periods: amplitudes are projections
-        amplitude = np.array(
-            [
-                2 * np.mean(dq[inner, 0] * np.cos(rate * t[inner])) / rate,
-                -2 * np.mean(ddq[inner, 0] * np.sin(rate * t[inner])) / rate**2,
-            ]
-        )
-        errors.append(1 - amplitude)
+        speed = 2 * np.mean(dq[inner, 0] * np.cos(rate * t[inner])) / rate
+        acceleration = -2 * np.mean(ddq[inner, 0] * np.sin(rate * t[inner])) / rate**2
+        errors.append(1 - np.array([speed, acceleration]))
     order = np.log2(errors[0] / errors[1])
     np.testing.assert_allclose(order, 4, atol=0.2)  # next order and the filter's own droop
 

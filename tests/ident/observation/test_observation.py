@@ -90,23 +90,21 @@ def test_samples_that_are_missing_are_no_jitter(arm, structure, chi):
 def test_rows_have_the_least_weight_that_is_asked_for(recording, structure):
     whole = observe(recording, structure, replace(OPTIONS, min_weight=-1.0)).joints
     for least in (0.3, 0.8):
-        for every, some in zip(
-            whole, observe(recording, structure, replace(OPTIONS, min_weight=least)).joints, strict=True
-        ):
+        heavy = observe(recording, structure, replace(OPTIONS, min_weight=least)).joints
+        for every, some in zip(whole, heavy, strict=True):
             np.testing.assert_array_equal(some.position, every.position[every.weight >= least])
             assert len(some.V) < len(every.V)
 
 
 def test_what_cannot_be_observed_is_refused(recording, structure):
-    short = Recording(recording.t[:1500], recording.q[:1500], recording.v[:1500], "log")
-    with pytest.raises(RecordingError, match=r"log: 1\.5 s give \d+ rows; at least 60 are needed"):
-        observe(short, structure, OPTIONS)
-    slow = Recording(recording.t[::50], recording.q[::50], recording.v[::50], "log")
-    with pytest.raises(RecordingError, match=r"log: sampled at 20 Hz, too slow for a cut-off of 15 Hz"):
-        observe(slow, structure, OPTIONS)
-    five = Recording(recording.t, recording.q[:, :5], recording.v[:, :5], "log")
-    with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6"):
-        observe(five, structure, OPTIONS)
+    for rows, joints, said in (
+        (slice(1500), slice(6), r"1\.5 s give \d+ rows; at least 60 are needed"),
+        (slice(None, None, 50), slice(6), "sampled at 20 Hz, too slow for a cut-off of 15 Hz"),
+        (slice(None), slice(5), "5 joints, but robot rx90 has 6"),
+    ):
+        part = Recording(recording.t[rows], recording.q[rows, joints], recording.v[rows, joints], "log")
+        with pytest.raises(RecordingError, match=f"log: {said}"):
+            observe(part, structure, OPTIONS)
 
 
 def test_reversals_of_a_coupled_sum_are_left_out_on_both_joints(arm):

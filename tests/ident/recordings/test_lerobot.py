@@ -28,35 +28,17 @@ def state(folder: Path, names: list[str], rows: list[np.ndarray], **changes) -> 
     return datasets.write(folder, features, {"observation.state": rows}, **changes)
 
 
-def openarm(folder: Path, **changes) -> Path:
-    features, rows = datasets.openarm()
-    return datasets.write(folder, features, {"observation.state": rows}, **{"robot_type": "openarm_follower"} | changes)
-
-
 def so101(folder: Path, ending: str = "current", **changes) -> Path:
     names = [*(f"{joint}.pos" for joint in JOINTS), *(f"{joint}.{ending}" for joint in JOINTS)]
     return state(folder, names, [np.column_stack(motion(e)[1:]) for e in range(len(LENGTHS))], **changes)
 
 
-def apart(folder: Path, names: object, kind: str = "effort", units: dict[str, object] | None = None) -> Path:
+def apart(folder: Path, names: object, kind: str = "effort") -> Path:
     """A dataset whose currents are a feature of their own."""
-    features = {
-        "observation.state": datasets.feature("float32", 3, names) | (units or {}),
-        "observation.velocity": datasets.feature("float32", 3, names),
-        f"observation.{kind}": datasets.feature("float32", 3, names),
-        "action": datasets.feature("float32", 3, names),
-    }
-    every = [motion(episode) for episode in range(len(LENGTHS))]
-    q, v = [each[1] for each in every], [each[2] for each in every]
+    _, q, v = zip(*map(motion, range(len(LENGTHS))), strict=True)
     other = [-x for x in q]
     rows = {"observation.state": q, "observation.velocity": other, f"observation.{kind}": v, "action": other}
-    return datasets.write(folder, features, rows)
-
-
-def edit(folder: Path, **changes) -> Path:
-    path = folder / "meta/info.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
-    return folder
+    return datasets.write(folder, dict.fromkeys(rows, datasets.feature("float32", 3, names)), rows)
 
 
 def assert_episode(folder: Path, said: LogDescription, episode: int, joints=(0, 1), q_scale=np.pi / 180.0) -> None:
@@ -67,15 +49,15 @@ def assert_episode(folder: Path, said: LogDescription, episode: int, joints=(0, 
     np.testing.assert_array_equal(found.v, v[:, joints])
 
 
-@pytest.mark.parametrize("episode", [0, 1, 2])
-def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path, episode):
-    folder = openarm(tmp_path / "set")
-    assert_episode(folder, TORQUE, episode)
-    assert_episode(folder, replace(TORQUE, joints=None), episode, joints=(0, 1, 2))  # velocities are no joints
-    log = read_log(folder, of(TORQUE, episode))
-    assert (log.layout, log.description.q.unit, log.description.v.unit) == (
-        "lerobot", ("deg",) * 2, ("N m",) * 2,
-    )  # fmt: skip
+def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path):
+    features, rows = datasets.openarm()
+    folder = datasets.write(tmp_path / "set", features, {"observation.state": rows}, robot_type="openarm_follower")
+    for episode in range(3):
+        assert_episode(folder, TORQUE, episode)
+        assert_episode(folder, replace(TORQUE, joints=None), episode, joints=(0, 1, 2))  # velocities are no joints
+        log = read_log(folder, of(TORQUE, episode))
+        units = log.description.q.unit, log.description.v.unit
+        assert (log.layout, *units) == ("lerobot", ("deg",) * 2, ("N m",) * 2)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +111,12 @@ def without(*names: str):
 
 
 def edited(**changes):
-    return lambda folder: edit(so101(folder), **changes)
+    def made(folder: Path) -> Path:
+        path = so101(folder) / "meta/info.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+        return folder
+
+    return made
 
 
 def truncated(folder: Path) -> Path:

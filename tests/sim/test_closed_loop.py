@@ -94,7 +94,7 @@ def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
     rotors = tuple((1.2 * RX90.drives.rotor_inertia).tolist())  # neither gains nor rotors are those of the plant
     belief = replace(BELIEF, gain=(1.1, 0.9, 1.2, 0.8, 1.3, 0.7), rotor_inertia=rotors)
     options = ControllerOptions(bandwidth_hz=7.0, integral_hz=0.4, velocity_cutoff_hz=90.0)
-    run = experiment(sensors=sensors, belief=belief, controller=options)
+    run = experiment(sensors=sensors, belief=belief, controller=options, trajectory=short_motion(0.6, 0.01))
     largest = np.abs(record([run], streams(4), threads=1)[0].v).max(axis=0)
     for limit in (1.1 * largest, 0.99 * largest):
         (recording,) = record([replace(run, plant=nominal_plant(current_limit=limit))], streams(4), threads=1)

@@ -49,6 +49,7 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
     together = record(several, streams(*range(9)), threads=2)
     for i, single in enumerate(several):
         assert same(together[i], record([single], streams(i), threads=1)[0])
+        np.testing.assert_allclose(together[i].period, 1.0 / single.controller.rate_hz, rtol=1e-9)
 
 
 def test_a_control_period_takes_as_long_in_small_steps_as_in_large_ones():

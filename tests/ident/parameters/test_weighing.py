@@ -1,5 +1,6 @@
 """A stated payload against the one that is weighed: which gain is off, and when nothing can be said."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -68,6 +69,11 @@ def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
     np.testing.assert_allclose(off.mass, 2.0 * heavy.mass, rtol=0.1)
 
 
+def centre(x: Sequence[float], std: Sequence[float]) -> list[Quantity]:
+    each = zip("xyz", x, std, strict=True)
+    return [Quantity(name=k, unit="m", value=v, residual_std=s, gain_std=0.0, model_std=0.0) for k, v, s in each]
+
+
 def a_mass(value: float, *more: Quantity) -> FoundBody:
     shares = {"residual_std": 0.1, "gain_std": 0.0, "model_std": 0.0}
     return FoundBody(
@@ -88,17 +94,12 @@ def test_of_a_mass_that_is_not_sure_joints_say_nothing(weighed_payload, value):
 
 
 def test_what_was_found_is_stated_with_its_deviations():
-    values = zip("xyz", (0.08, -0.03, 0.11), (0.02, 0.05, 0.03), strict=True)
-    centre = [Quantity(name=k, unit="m", value=x, residual_std=s, gain_std=0.0, model_std=0.0) for k, x, s in values]
     expected = Payload(mass=2.3, mass_std=0.1, com=(0.08, -0.03, 0.11), com_std=(0.02, 0.05, 0.03), known="com")
-    assert as_stated(a_mass(2.3, *centre)) == expected
+    assert as_stated(a_mass(2.3, *centre((0.08, -0.03, 0.11), (0.02, 0.05, 0.03)))) == expected
 
 
 def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_payload, heavy):
-    far, behind = (
-        [Quantity(name=axis, unit="m", value=x, residual_std=0.2, gain_std=0.0, model_std=0.0) for axis in "xyz"]
-        for x in (4.9, -4.9)
-    )
+    far, behind = (centre((x,) * 3, (0.2,) * 3) for x in (4.9, -4.9))
     stated = Payload(mass=heavy.mass, mass_std=0.1, known="mass")
     expected = [each.mass for each in verified(weighed_payload, stated, known()).joints]
     for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far), a_mass(heavy.mass, *behind)):

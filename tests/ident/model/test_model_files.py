@@ -149,10 +149,8 @@ def test_what_a_library_prints_is_collected_and_the_terminal_is_given_back(capfd
 def test_a_model_that_was_reduced_before_is_the_same_arm(tmp_path):
     for name, text in (("arm.xml", mjcf()), ("arm.urdf", urdf())):
         path = written(tmp_path, name, text)
-        first = load_arm(path)
-        for folder in ("once", "twice"):
-            path = written(tmp_path / folder, name, minimal_model(path).text)
-        last = load_arm(path)
+        first, once = load_arm(path), written(tmp_path / "once", name, minimal_model(path).text)
+        last = load_arm(written(tmp_path / "twice", name, minimal_model(once).text))
         assert last.joint_names == first.joint_names
         for field in ("translation", "rotation", "axis", "lower", "upper"):
             # One more body around it, which neither turns nor moves.

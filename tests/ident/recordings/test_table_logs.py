@@ -75,14 +75,13 @@ def test_rows_of_unequal_length_or_none_are_named(tmp_path):
 
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Paris"])
 def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
-    path, columns = tmp_path / "log.parquet", {name: pa.array(value) for name, value in table().items()}
-    dated = pa.array(DATES.astype(np.int64), pa.timestamp("ms", zone))
-    pq.write_table(pa.table(columns | {"time": dated}), path)
+    path, dated = tmp_path / "log.parquet", pa.array(DATES.astype(np.int64), pa.timestamp("ms", zone))
+    pq.write_table(pa.table(table() | {"time": dated}), path)
     found = read_recording(path, channels("t", unit=("iso",)))
     np.testing.assert_allclose(found.t, SECONDS, rtol=0.0, atol=5e-7)  # float64 has 2.4e-7 s in 2031
     with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; set unit = "iso"'):
         read_recording(path, DESCRIPTION)
-    pq.write_table(pa.table(columns), path)
+    pq.write_table(pa.table(table()), path)
     with pytest.raises(RecordingError, match=r"column time is double, expected dates; .* s, ms, us or ns"):
         read_recording(path, channels("t", unit=("iso",)))
 

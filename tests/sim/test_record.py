@@ -20,7 +20,7 @@ from sim.sensors import SensorOptions, logged, noise_streams
 from sim.trajectory import FourierTrajectory
 
 SILENT = SensorOptions()
-BRIEF = short_motion(0.5, 0.005)
+BRIEF = short_motion(0.3, 0.002)
 
 
 def same(a: Recording, b: Recording) -> bool:
@@ -31,7 +31,7 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
     elastic = ModelErrors(joint_compliance=(1e-4,) * 6)
     varying = nominal_plant(errors=ModelErrors(stribeck=0.4, load_friction=0.05))  # one plant, which none changes
     several = [
-        experiment(trajectory=short_motion(0.3, 0.002)),
+        experiment(trajectory=short_motion(0.2, 0.001)),
         *(
             experiment(**{"trajectory": BRIEF} | changes)
             for changes in (
@@ -53,7 +53,7 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
 
 
 def test_a_control_period_takes_as_long_in_small_steps_as_in_large_ones():
-    coarse, fine = record([experiment(sensors=SILENT, step=h) for h in (1e-3, 2.5e-4)], streams(0, 0), threads=1)
+    coarse, fine = record([experiment(sensors=SILENT, step=h) for h in (1e-3, 5e-4)], streams(0, 0), threads=1)
     # The integrator is of first order: an error of about a step's travel, 1 ms at some 0.5 rad/s.
     np.testing.assert_allclose(coarse.q, fine.q, rtol=0, atol=1e-3)
 

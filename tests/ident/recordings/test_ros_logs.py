@@ -88,7 +88,7 @@ def test_joints_in_different_messages_and_stamps_out_of_order_are_refused(tmp_pa
 
 def test_of_several_topics_one_has_to_be_chosen(tmp_path):
     two = samples(topic="/left/joint_states") + samples(topic="/right/joint_states", position=[0.3, 0.1, 0.2, 0.4])
-    bag = write_bag(tmp_path / "bag", two, storage="mcap", others=["/chatter"])
+    bag = write_bag(tmp_path / "bag", two, others=["/chatter"])
     with pytest.raises(RecordingError, match=r"several topics of .*: /left/joint_states, /right/joint_states; choose"):
         read_recording(bag, DESCRIPTION)
     assert_read(bag, replace(DESCRIPTION, topic="/left/joint_states"))
@@ -170,7 +170,7 @@ LIMITS = {
 @pytest.mark.parametrize("limit", LIMITS)
 def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit):
     jaws = [Sample(stamp=1.0, names=(f"jaw_{k}",), position=(0.1,)) for k in range(3)]  # three numbers each
-    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], storage="mcap", compressed="storage")
+    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], compressed="storage")
     enough, few, message = LIMITS[limit]
     monkeypatch.setattr(f"ident.recordings.{limit}", enough)
     assert_read(bag)

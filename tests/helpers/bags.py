@@ -45,11 +45,11 @@ def write_bag(
     folder: Path,
     samples: Iterable[Sample],
     *,
-    storage: str = "sqlite3",
+    storage: str = "mcap",
     compressed: str = "",
     others: Sequence[str] = (),
 ) -> Path:
-    """Write a bag."""
+    """Write a bag; SQLite waits for the disk."""
     writer = Writer(folder, version=9, storage_plugin=PLUGINS[storage])
     if compressed:
         writer.set_compression(CompressionMode[compressed.upper()], CompressionFormat.ZSTD)

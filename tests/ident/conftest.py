@@ -6,13 +6,14 @@ from consistency_logs import all_joints, doubted, logs_of
 from exact import lopsided
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
-from weighings import weighed
+from weighings import PLAIN, known, weighed
 
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.search import Survey, survey
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.model.structure import Structure, structure_of
+from ident.parameters.payload import FoundPayload, payload_of
 from ident.payload.payload import Payload
 from ident.recordings.recording import Recording
 
@@ -22,9 +23,21 @@ def heavy(payload) -> Payload:
     return lopsided(payload)
 
 
+@pytest.fixture
+def chi(rng) -> np.ndarray:
+    """Standard parameters of six links and drives."""
+    return rng.uniform(0.5, 2.0, 84)
+
+
 @pytest.fixture(scope="session")
 def weighed_problem(structure, heavy) -> Problem:
     return weighed(structure, heavy, np.random.default_rng(7), noise=1e-9)
+
+
+@pytest.fixture(scope="session")
+def weighed_payload(weighed_problem) -> FoundPayload:
+    """What the exact currents give with the gains known."""
+    return payload_of(weighed_problem, known(), PLAIN)
 
 
 @pytest.fixture(scope="session")

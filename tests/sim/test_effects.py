@@ -87,19 +87,16 @@ def test_errors_of_geometry_spring_and_coupling_add_their_stated_terms(loaded, q
     np.testing.assert_allclose(rnea(arm, q - np.array(ZEROS), dq, ddq), expected, rtol=0, atol=SOLVER)
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
+def test_impossible_errors_are_refused():
+    for values, message in (
         ({"wrist_coupling": 1.2}, r"errors: wrist_coupling = 1\.2: expected 0 to 1$"),
         ({"base_tilt_x": np.inf}, r"errors: base_tilt_x = inf: expected a finite number"),
         ({"zero_error": (0.1, 0.6)}, r"errors: zero_error = \[0\.1, 0\.6\] rad: expected numbers between"),
         ({"joint_compliance": (1e-4, 0.0)}, r"errors: joint_compliance = \[0\.0001, 0\.0\] rad/\(N m\): expected"),
         ({"joint_compliance": (0.1001,) * 6}, r"expected positive numbers up to 0\.1, one per joint"),
-    ],
-)
-def test_impossible_errors_are_refused(values, message):
-    with pytest.raises(PlantError, match=message):
-        ModelErrors(**values)
+    ):
+        with pytest.raises(PlantError, match=message):
+            ModelErrors(**values)
 
 
 @pytest.mark.parametrize(("share", "loaded"), [(0.0, True), (1.0, False)])
@@ -142,25 +139,13 @@ def test_a_fault_of_an_elastic_arm_names_its_joint():
     assert str(outcome).startswith("motion: joint5 at 2.")
 
 
-BY_DIRECTION = {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
-VARYING = ModelErrors(
-    stribeck=0.4,
-    stribeck_speed=0.2,
-    load_friction=0.05,
-    wrist_coupling=1.0,
-    coulomb_drift=0.1,
-    viscous_drift=-0.2,
-    **BY_DIRECTION,
-)
-
-
 def test_varying_friction_is_the_stated_law_at_the_start_of_every_period():
     # Against a loop over mj_step that evaluates the law as it is written, beside a simulation of constant friction.
-    errors = replace(VARYING, joint_compliance=COMPLIANCE)
-    plant, n, substeps = nominal_plant(errors=errors), 6, 2
-    constant = nominal_plant(
-        errors=replace(errors, stribeck=0.0, load_friction=0.0, **dict.fromkeys(BY_DIRECTION, 0.0))
-    )
+    plain = {"wrist_coupling": 1.0, "coulomb_drift": 0.1, "viscous_drift": -0.2, "joint_compliance": COMPLIANCE}
+    varying = {"stribeck": 0.4, "stribeck_speed": 0.2, "load_friction": 0.05}
+    varying |= {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
+    plant, constant = (nominal_plant(errors=ModelErrors(**each)) for each in (plain | varying, plain))
+    n, substeps = 6, 2
     entries = [simulation_of(p, step=5e-4, earlier=1) for p in (plant, constant)]
     assert entries[1].varied is None
     engine = Engine(entries, substeps=substeps, threads=1)
@@ -213,10 +198,9 @@ def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmis
 
 def test_friction_follows_from_the_current_that_the_drive_takes_of_what_it_is_given():
     limit = nominal_plant().drives.current_limit
-    plants = [
-        nominal_plant(errors=ModelErrors(load_friction=0.3), current_limit=x * limit) for x in (1.0, 1.0, 0.6, 0.6)
-    ]
-    engine = Engine([simulation_of(plant, step=1e-3, earlier=0) for plant in plants], substeps=1, threads=1)
+    errors = ModelErrors(load_friction=0.3)
+    plants = [nominal_plant(errors=errors, current_limit=x * limit) for x in (1.0, 1.0, 0.6, 0.6)]
+    engine = Engine([simulation_of(plant, step=1e-3) for plant in plants], substeps=1, threads=1)
     for _ in range(20):
         engine.current[:] = np.outer([1.0, 2.0, -0.6, -5.0], limit)
         engine.advance()

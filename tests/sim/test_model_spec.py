@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import mujoco
@@ -57,8 +58,6 @@ def test_joints_of_a_urdf_that_do_not_lead_to_the_flange_are_held(tmp_path):
     model = bare_arm(path, ROTORS, "tool0")
     assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "wrist"]
     np.testing.assert_allclose(model.body_mass.sum(), 12.0 + 0.2, rtol=1e-12)
-    bare = bare_arm(written(tmp_path / "bare", "arm.urdf", ros(kinds=kinds)), ROTORS)
-    np.testing.assert_allclose(bare.body_mass.sum(), 12.0, rtol=1e-12)
 
 
 def test_a_urdf_is_compiled_without_the_meshes_that_it_names(tmp_path):
@@ -105,10 +104,8 @@ FAULTS = {
 def test_what_no_plant_can_be_made_of_is_refused_in_one_line(tmp_path, fault):
     text, flange, message = FAULTS[fault]
     path = written(tmp_path, "arm.xml", text)
-    with pytest.raises(PlantError, match=message) as caught:
+    with pytest.raises(PlantError, match=rf"\A(?=.*{re.escape(str(path))})(?=.*\Z).*(?:{message})"):
         bare_arm(path, ROTORS, flange)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 def test_a_payload_hangs_in_the_frame_whose_origin_is_on_the_last_joint(tmp_path):
@@ -135,8 +132,6 @@ ANTENNA = (
     'iyz="8e-9" izz="3.8e-8"/></inertial></link><joint name="antenna_fixed" type="fixed"><parent link="PARENT"/>'
     '<child link="antenna"/></joint>'
 )
-
-
 """Products of inertia beyond the moments, as in the file of a mobile manipulator."""
 
 
@@ -148,7 +143,7 @@ def with_meshes(folder, meshes, **changes):
 
 @pytest.mark.parametrize("text", [FLAT, "no mesh"])
 def test_a_mesh_that_is_no_solid_is_left_out_where_inertials_are_stated(tmp_path, text):
-    path = with_meshes(tmp_path, {"shoulder.obj": TETRAHEDRON, "elbow.obj": text or "#", "wrist.obj": TETRAHEDRON})
+    path = with_meshes(tmp_path, {"shoulder.obj": TETRAHEDRON, "elbow.obj": text, "wrist.obj": TETRAHEDRON})
     assert [mesh.file for mesh in full_spec(path).meshes] == ["shoulder.obj", "wrist.obj"]
     assert full_spec(path).compile().nmesh == 2
     assert unusable_meshes(path) == ("elbow.obj",)

@@ -1,6 +1,7 @@
 import time
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_mot
 from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
+from sim.engine import varied
 from sim.errors import LIMIT_REACHED, SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import SATURATED_TOO_LONG, fault
 from sim.feedforward_currents import check_torque_limits
@@ -18,6 +20,7 @@ from sim.sensors import SensorOptions, logged, noise_streams
 from sim.trajectory import FourierTrajectory
 
 SILENT = SensorOptions()
+BRIEF = short_motion(0.3, 0.002)
 
 
 def same(a: Recording, b: Recording) -> bool:
@@ -28,23 +31,29 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
     elastic = ModelErrors(joint_compliance=(1e-4,) * 6)
     varying = nominal_plant(errors=ModelErrors(stribeck=0.4, load_friction=0.05))  # one plant, which none changes
     several = [
-        experiment(plant=nominal_plant(errors=elastic)),
-        experiment(trajectory=short_motion(1.0, 0.03)),
-        experiment(),
-        experiment(controller=ControllerOptions(rate_hz=500.0)),
-        experiment(step=5e-4),
-        experiment(plant=nominal_plant(errors=ModelErrors(wrist_coupling=1.0)), loaded=True),
-        experiment(plant=nominal_plant(errors=ModelErrors(gravity_spring=2e4)), loaded=True),
-        experiment(plant=varying),
-        experiment(plant=varying, trajectory=replace(short_motion(), sine=-short_motion().sine)),
+        experiment(trajectory=short_motion(0.2, 0.001)),
+        *(
+            experiment(**{"trajectory": BRIEF} | changes)
+            for changes in (
+                {"plant": nominal_plant(errors=elastic)},
+                {},
+                {"controller": ControllerOptions(rate_hz=500.0)},
+                {"step": 5e-4},
+                {"plant": nominal_plant(errors=ModelErrors(wrist_coupling=1.0)), "loaded": True},
+                {"plant": nominal_plant(errors=ModelErrors(gravity_spring=2e4)), "loaded": True},
+                {"plant": varying},
+                {"plant": varying, "trajectory": replace(BRIEF, sine=-BRIEF.sine)},
+            )
+        ),
     ]
     together = record(several, streams(*range(9)), threads=2)
     for i, single in enumerate(several):
         assert same(together[i], record([single], streams(i), threads=1)[0])
+        np.testing.assert_allclose(together[i].period, 1.0 / single.controller.rate_hz, rtol=1e-9)
 
 
 def test_a_control_period_takes_as_long_in_small_steps_as_in_large_ones():
-    coarse, fine = record([experiment(sensors=SILENT, step=h) for h in (1e-3, 2.5e-4)], streams(0, 0), threads=1)
+    coarse, fine = record([experiment(sensors=SILENT, step=h) for h in (1e-3, 5e-4)], streams(0, 0), threads=1)
     # The integrator is of first order: an error of about a step's travel, 1 ms at some 0.5 rad/s.
     np.testing.assert_allclose(coarse.q, fine.q, rtol=0, atol=1e-3)
 
@@ -52,15 +61,18 @@ def test_a_control_period_takes_as_long_in_small_steps_as_in_large_ones():
 def test_a_plant_that_cannot_be_built_is_the_outcome_of_its_own_experiment():
     stiff = nominal_plant(errors=ModelErrors(joint_compliance=(1e-9,) * 6))
     noisy = replace(NOISY, coloured_cutoff_hz=600.0)
-    several = [experiment(plant=stiff), experiment(sensors=noisy), experiment(step=7e-4), experiment()]
+    sound = experiment(trajectory=BRIEF)
+    several = [experiment(plant=stiff), experiment(sensors=noisy), experiment(step=7e-4), sound]
     outcomes = try_record(several, streams(0, 1, 2, 3), threads=1)
     assert [type(outcome) for outcome in outcomes] == [PlantError, PlantError, PlantError, Recording]
-    assert same(outcomes[3], record([experiment()], streams(3), threads=1)[0])
+    assert same(outcomes[3], record([sound], streams(3), threads=1)[0])
 
 
 def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     options = replace(NOISY, clock_jitter=2.5e-4)
-    exact, jittered = (record([experiment(sensors=s)], streams(5), threads=1)[0] for s in (NOISY, options))
+    exact, jittered = (
+        record([experiment(sensors=s, trajectory=BRIEF)], streams(5), threads=1)[0] for s in (NOISY, options)
+    )
     assert exact.q.tobytes() == jittered.q.tobytes()
     assert exact.v.tobytes() == jittered.v.tobytes()
     still = np.ones((100_000, 1))
@@ -75,19 +87,21 @@ def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
 
 def test_encoder_is_the_first_and_current_the_second_child_of_an_experiment_s_generator():
     sensors = replace(SILENT, encoder_noise=1e-4, current_white=0.05, clock_jitter=1e-4)
-    clean = record([experiment(sensors=replace(SILENT, encoder_noise=1e-4))], streams(3), threads=1)[0]
-    noisy = record([experiment(sensors=sensors)], streams(3), threads=1)[0]
+    clean, noisy = (
+        record([experiment(sensors=each, trajectory=BRIEF)], streams(3), threads=1)[0]
+        for each in (replace(SILENT, encoder_noise=1e-4), sensors)
+    )
     encoder, current = np.random.default_rng(3).spawn(2)
-    start = short_motion()(np.zeros(1))[0][0]
+    start = BRIEF(np.zeros(1))[0][0]
     np.testing.assert_array_equal(noisy.q[0], start + 1e-4 * encoder.standard_normal(6))
     noise = 0.05 * current.standard_normal(clean.v.shape) * np.sqrt(np.mean(clean.v**2, axis=0))
     # Two roundings of currents below 500.
     np.testing.assert_allclose(noisy.v, clean.v + noise, rtol=0, atol=1e-12)
 
 
-WARM = {"motor_warming": 60.0, "warming_time": 5.0, "gain_by_temperature": -0.004, "viscous_by_temperature": -0.02}
+WARM = {"motor_warming": 60.0, "warming_time": 1.2, "gain_by_temperature": -0.004, "viscous_by_temperature": -0.02}
 SHORT = experiment(
-    trajectory=short_motion(0.8, 0.01), sensors=SensorOptions(), plant=nominal_plant(errors=ModelErrors(**WARM))
+    trajectory=short_motion(0.2, 0.0006), sensors=SensorOptions(), plant=nominal_plant(errors=ModelErrors(**WARM))
 )
 
 
@@ -103,53 +117,47 @@ def warmth_by_hand(start: np.ndarray, v: np.ndarray, seconds: float = 1e-3) -> n
     """Of T dx/dt = W (v / v_max)^2 - x, each sample held."""
     x = start.copy()
     for row in 60.0 * (v / SHORT.plant.drives.current_limit) ** 2:
-        x = row + (x - row) * np.exp(-seconds / 5.0)
+        x = row + (x - row) * np.exp(-seconds / 1.2)
     return x
 
 
 def seen_warmth(experiments, monkeypatch) -> tuple[list, list[np.ndarray]]:
     """Recordings, and the temperatures that the motions started with."""
     starts: list[np.ndarray] = []
-    import sim.record
-
-    plain = sim.record.varied
 
     def watched(*args, warmth=None, **rest):
         starts.append(np.zeros(6) if warmth is None else warmth.copy())
-        return plain(*args, warmth=warmth, **rest)
+        return varied(*args, warmth=warmth, **rest)
 
-    monkeypatch.setattr(sim.record, "varied", watched)
+    monkeypatch.setattr("sim.record.varied", watched)
     return record(experiments, streams(*range(len(experiments))), threads=1), starts
 
 
 def test_drives_go_on_as_warm_as_the_motion_before_left_them_but_for_the_pause(monkeypatch):
-    motions = sequence(False, True, False, pause=3.7)
+    motions = sequence(False, True, False, pause=0.9)
     recordings, starts = seen_warmth(motions, monkeypatch)
     x = np.zeros(6)
     for recording, start in zip(recordings, starts, strict=True):
-        np.testing.assert_allclose(start, x, rtol=1e-12, atol=1e-15)  # 800 roundings
-        x = warmth_by_hand(x, recording.v) * np.exp(-3.7 / 5.0)
+        np.testing.assert_allclose(start, x, rtol=1e-12, atol=1e-15)  # 200 roundings
+        x = warmth_by_hand(x, recording.v) * np.exp(-0.9 / 1.2)
     assert starts[2].max() > 0.3
 
 
-def test_a_warm_up_is_the_motion_repeated_for_its_time(monkeypatch):
+def test_a_warm_up_is_the_bare_motion_repeated_for_its_time_before_the_first(monkeypatch):
     # Four motions one after another. One takes a sixth of the time constant, so that heat near its end counts for more
     # than its mean: some per cent of what settles.
     motions = sequence(*[False] * 5)
     _, starts = seen_warmth(motions, monkeypatch)
     monkeypatch.undo()
-    _, warmed = seen_warmth(sequence(False, warm_up=4 * 0.801), monkeypatch)
+    _, warmed = seen_warmth(sequence(False, warm_up=4 * 0.201), monkeypatch)
     assert len(warmed) == 3  # two of the warm-up, and the motion itself
     np.testing.assert_allclose(warmed[2], starts[4], rtol=0.1)
     assert not warmed[0].any()
     assert (warmed[1] < warmed[2]).all()
-
-
-def test_a_warm_up_before_a_loaded_motion_is_bare_and_the_later_motions_have_none(monkeypatch):
-    _, warmed = seen_warmth(sequence(True, warm_up=12.0), monkeypatch)
-    _, bare = seen_warmth(sequence(False, True, warm_up=12.0), monkeypatch)
-    np.testing.assert_array_equal(warmed[2], bare[2])
-    assert len(bare) == 4
+    monkeypatch.undo()
+    _, loaded = seen_warmth(sequence(True, False, warm_up=4 * 0.201), monkeypatch)
+    np.testing.assert_array_equal(loaded[2], warmed[2])
+    assert len(loaded) == 4  # the second has no warm-up
 
 
 def test_a_motion_without_the_one_before_it_is_refused():
@@ -162,15 +170,13 @@ def test_a_motion_without_the_one_before_it_is_refused():
 
 def test_after_a_motion_that_failed_there_is_none():
     first, second, third = sequence(False, True, False)
-    weak = replace(
-        first.plant, drives=replace(first.plant.drives, current_limit=np.array([480.0, 50.0, 240.0, 110.0, 80.0, 45.0]))
-    )
-    broken = replace(first, plant=weak)
+    limit = np.array([480.0, 50.0, 240.0, 110.0, 80.0, 45.0])
+    broken = replace(first, plant=replace(first.plant, drives=replace(first.plant.drives, current_limit=limit)))
     outcomes = try_record([broken, second, third, *sequence(False)], streams(0, 1, 2, 3), threads=1)
     assert outcomes[0].kind == SATURATED
     assert outcomes[0] is outcomes[1] is outcomes[2]
     assert not isinstance(outcomes[3], Exception)
-    for each in try_record([replace(broken, warm_up=9.0)], streams(0), threads=1):
+    for each in try_record([replace(broken, warm_up=2.2)], streams(0), threads=1):
         assert str(each).startswith("warm-up before motion 0: drive of joint2 at its limit")
 
 
@@ -198,7 +204,6 @@ def test_a_tenth_of_a_second_at_the_limit_is_too_long_and_a_sample_less_is_not_a
     assert fault_of(model, v) is None
     v[600 + RUN - 1, 2] = -limit[2]
     found = fault_of(model, v)
-    assert found is not None
     assert found.kind == SATURATED
     assert "drive of joint3 at its limit of 240 for more than 0.1 s from t = 0.600 s" in str(found)
     v[200:350, 1], v[700:900, 3] = limit[1], -limit[3]
@@ -213,7 +218,6 @@ def test_the_first_joint_that_leaves_its_range_is_named_with_time_and_range(mode
     low, high = model.jnt_range[4]
     q[350:, 4], q[700:, 0] = high + 0.02, model.jnt_range[0][0] - 0.1
     found = fault_of(endless, v, q)
-    assert found is not None
     assert found.kind == LIMIT_REACHED
     assert f"joint5 at {high + 0.02:.3f} rad leaves its range {low:.3f} to {high:.3f} rad at t = 0.350 s" in str(found)
 
@@ -234,18 +238,16 @@ def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once():
 
 
 def test_absurd_numbers_and_bodies_are_refused():
-    for make in (
-        lambda: nominal_plant(gain=np.full(6, 1e308)),
-        lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
-        lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
-        lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
-        lambda: replace(BELIEF, gain=(1e308,) * 6),
-        lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
+    for make, changes in (
+        (nominal_plant, {"gain": np.full(6, 1e308)}),
+        (partial(replace, CYLINDER), {"mass": 0.0}),
+        (partial(replace, CYLINDER), {"com": (0.0, np.nan, 0.1)}),
+        (partial(replace, CYLINDER), {"inertia": (1e9, 1e9, 1e9, 0.0, 0.0, 0.0)}),
+        (partial(replace, BELIEF), {"gain": (1e308,) * 6}),
+        (partial(replace, BELIEF), {"rotor_inertia": (-1.0,) * 6}),
     ):
-        with pytest.raises(PlantError) as caught:
-            make()
-        assert "\n" not in str(caught.value)
-        assert len(str(caught.value)) < 400
+        with pytest.raises(PlantError, match=r"\A[^\n]{1,400}\Z"):
+            make(**changes)
     # More about z than about x and y together, which MuJoCo refuses.
     impossible = nominal_plant(replace(CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)))
     (outcome,) = try_record([experiment(plant=impossible, loaded=True)], streams(0), threads=1)
@@ -255,9 +257,9 @@ def test_absurd_numbers_and_bodies_are_refused():
 
 def test_a_simulation_that_diverges_says_so_and_mujoco_says_nothing(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
-    wild = nominal_plant(gain=-1e6 * np.ones(6), current_limit=np.full(6, 1e9))
+    wild = experiment(plant=nominal_plant(gain=-1e6 * np.ones(6), current_limit=np.full(6, 1e9)), trajectory=BRIEF)
     for threads in (1, 2):
-        outcomes = try_record([experiment(plant=wild), experiment()], streams(0, 1), threads=threads)
+        outcomes = try_record([wild, experiment(trajectory=BRIEF)], streams(0, 1), threads=threads)
         assert str(outcomes[0]).startswith("motion: the simulation diverged")
         assert not isinstance(outcomes[1], SimulationError)
     assert not list(tmp_path.iterdir())
@@ -282,14 +284,12 @@ def held(loaded: bool) -> np.ndarray:
 @pytest.mark.parametrize(("loaded", "errors"), [(False, None), (True, SOFT)])
 def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, errors):
     need, limit = np.abs(held(loaded)), nominal_plant().drives.current_limit.copy()
-    for share, joint in ((1.001, 2), (0.999, 2)):
-        limit[joint - 1] = share * need[joint - 1]
+    for share in (1.001, 0.999):
+        limit[1] = share * need[1]
         e = experiment(plant=nominal_plant(current_limit=limit, errors=errors), trajectory=HOLDING, loaded=loaded)
         if share > 1.0:
             check_torque_limits([e])
     advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
     said = rf"drive of joint2 would need up to {need[1]:.4g} where its limit is {limit[1]:g}, for more than 0\.1 s from"
-    with pytest.raises(TrajectoryError, match=said):
-        check_torque_limits([e])
-    with pytest.raises(TrajectoryError, match=advice):
+    with pytest.raises(TrajectoryError, match=rf"(?=.*{said}).*{advice}"):
         check_torque_limits([e])

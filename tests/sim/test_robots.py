@@ -39,28 +39,18 @@ def plant_of(robot: Robot, **errors) -> Plant:
     return Plant(robot=robot, drives=robot.drives, payload=BRICK, errors=ModelErrors(**errors))
 
 
-def motion_of(robot: Robot):
-    rng = np.random.default_rng(3)
-    return at_rest(robot.home, *(0.1 * rng.normal(size=(2, robot.n, 3))), 1.5)
-
-
-def recordings_of(robot: Robot, **errors):
-    belief = ControllerBelief(
-        mjcf=robot.model,
-        gain=tuple(robot.drives.gain.tolist()),
-        rotor_inertia=tuple(robot.drives.rotor_inertia.tolist()),
-    )
-    plain = experiment(plant=plant_of(robot, **errors), trajectory=motion_of(robot), belief=belief)
-    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=1)
-
-
-@pytest.mark.parametrize("joints", [1, 7])
+@pytest.mark.parametrize("joints", [pytest.param(1, marks=pytest.mark.slow), 7])
 def test_an_arm_of_any_number_of_joints_is_simulated_from_its_folder_alone(tmp_path, joints):
     robot = read_robot(robot_folder(tmp_path, joints))
     errors = {"base_tilt_x": 0.02, "stribeck": 0.2, "load_friction": 0.01, "coulomb_drift": 0.1}
-    bare, loaded = recordings_of(robot, **errors, joint_compliance=(1e-4,) * joints)
-    assert bare.q.shape == loaded.v.shape == (1501, joints)
-    reference = motion_of(robot)(bare.t)[0]
+    plant = plant_of(robot, **errors, joint_compliance=(1e-4,) * joints)
+    motion = at_rest(robot.home, *(0.02 * np.random.default_rng(3).normal(size=(2, joints, 3))), 0.7)
+    gain, rotors = (tuple(each.tolist()) for each in (robot.drives.gain, robot.drives.rotor_inertia))
+    belief = ControllerBelief(mjcf=robot.model, gain=gain, rotor_inertia=rotors)
+    plain = experiment(plant=plant, trajectory=motion, belief=belief)
+    bare, loaded = record([plain, replace(plain, loaded=True)], streams(0, 1), threads=1)
+    assert bare.q.shape == loaded.v.shape == (701, joints)
+    reference = motion(bare.t)[0]
     # A loop of 8 Hz that is fed the right torques forward: friction leaves some hundredths of a radian.
     assert np.abs(bare.q - reference).max() < 0.05
     assert np.abs(loaded.v - bare.v).max() > 0.1

@@ -36,8 +36,8 @@ def test_noise_comes_before_the_quantum_and_simulations_have_their_own_of_both()
 
 def test_coloured_noise_is_as_strong_in_its_first_samples_as_later():
     # 4000 starts of 20 samples; settled already, the deviation of each is 1 within 4 / sqrt(2 * 4000) = 4.5 %.
-    noise = np.stack([coloured_noise((20, 1), 1000.0, 7.0, np.random.default_rng(k))[:, 0] for k in range(4000)])
-    np.testing.assert_allclose(noise.std(axis=0), 1.0, rtol=0, atol=0.045)
+    noise = coloured_noise((20, 4000), 1000.0, 7.0, np.random.default_rng(0))
+    np.testing.assert_allclose(noise.std(axis=1), 1.0, rtol=0, atol=0.045)
 
 
 def test_a_delay_is_in_seconds():
@@ -52,7 +52,7 @@ def test_a_delay_is_in_seconds():
 
 def test_noise_is_in_proportion_to_the_rms_current_of_its_own_joint():
     v = np.array([2.0, -30.0, 0.5]) * np.ones((50_000, 3))
-    options = replace(SensorOptions(), current_white=0.04, current_coloured=0.03, coloured_cutoff_hz=200.0)
+    options = SensorOptions(current_white=0.04, current_coloured=0.03, coloured_cutoff_hz=200.0)
     noise = logged(v, v, 1000.0, options, noise_streams(np.random.default_rng(2))).v - v
     # Independent, so that variances add; of 5e4 samples, correlated over some 3: 4 sigma are 2 %.
     np.testing.assert_allclose(noise.std(axis=0) / [2.0, 30.0, 0.5], np.hypot(0.04, 0.03), rtol=0.02)
@@ -116,24 +116,16 @@ def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
 
 def test_noise_of_a_log_is_what_its_equations_say():
     t = np.arange(4001) / 1000.0
-    q, v = (
-        np.stack((np.sin(3.0 * t), 0.4 * np.cos(5.0 * t)), axis=1),
-        np.stack((7.0 * np.cos(2.0 * t), 3.0 - t), axis=1),
-    )
+    q = np.stack((np.sin(3.0 * t), 0.4 * np.cos(5.0 * t)), axis=1)
+    v = np.stack((7.0 * np.cos(2.0 * t), 3.0 - t), axis=1)
     log = Log(t=t, q=q, v=v, rate_hz=1000.0)
-    options = SensorOptions(
-        encoder_quantum=3e-4,
-        encoder_noise=2e-4,
-        current_white=0.07,
-        current_coloured=0.03,
-        coloured_cutoff_hz=15.0,
-        clock_jitter=1e-4,
-    )
+    encoders, clock = {"encoder_quantum": 3e-4, "encoder_noise": 2e-4}, {"clock_jitter": 1e-4}
+    currents = {"current_white": 0.07, "current_coloured": 0.03, "coloured_cutoff_hz": 15.0}
+    options = SensorOptions(**encoders, **currents, **clock)
     found = {noise.stream: noise for noise in noises(log, options)}
     assert set(found) == {"encoder", "white", "coloured", "clock"}
-    np.testing.assert_allclose(
-        found["encoder"].q, np.sqrt(4e-8 + 9e-8 / 12.0), rtol=1e-12
-    )  # an even error of a quantum
+    quantum = 9e-8 / 12.0  # variance of an even error
+    np.testing.assert_allclose(found["encoder"].q, np.sqrt(4e-8 + quantum), rtol=1e-12)
     rms = np.sqrt(np.mean(v**2, axis=0))
     np.testing.assert_allclose(found["white"].v, 0.07 * rms, rtol=1e-12)
     impulse = signal.sosfilt(found["coloured"].sos, np.eye(1, 4000)[0])

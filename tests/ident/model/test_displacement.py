@@ -18,7 +18,7 @@ def lopsided(rng: np.random.Generator, samples: int, n: int) -> tuple[States, St
     return States(*values[:3]), States(*values[3:])
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_displaced_links_ask_for_what_pinocchio_s_derivatives_say(seed):
     rng = np.random.default_rng(seed)
     model = random_arm(rng, 5, prismatic=0.4)
@@ -44,14 +44,9 @@ def test_a_little_displacement_of_a_joint_changes_torques_by_its_share(coupled, 
     change = Dynamics.of(Kinematics.of(coupled, states), chi).displaced(further)
     h = 1e-5
     for k, only in enumerate(np.eye(6)):
+        at, by = ((each.q, each.dq, each.ddq) for each in (states, further))
         moved = [
-            inverse_dynamics(
-                coupled,
-                chi,
-                states.q + size * only * further.q,
-                states.dq + size * only * further.dq,
-                states.ddq + size * only * further.ddq,
-            )
+            inverse_dynamics(coupled, chi, *(x + size * only * dx for x, dx in zip(at, by, strict=True)))
             for size in (h, -h)
         ]
         steady = np.ones(len(change), bool)  # speeds are far from zero, sums of coupled ones are not

@@ -18,7 +18,7 @@ def inertial_columns(W: np.ndarray, n: int) -> np.ndarray:
     return W.reshape(len(W), n, n, len(STANDARD))[..., :10].reshape(len(W), n, 10 * n)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_inertial_columns_are_pinocchio_s_on_random_arms(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 8))
@@ -88,17 +88,3 @@ def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, 
     ):
         # Relative to the largest torque: a few hundred roundings.
         np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
-
-
-def test_a_motor_of_two_joints_rubs_at_the_sum_of_their_speeds_on_both(arm, rng):
-    coupled = replace(arm, couplings=((4, 1),))
-    stated = {"Ia2": 0.7, "Fv5": 1.9, "Fc2": 3.1, "off5": -0.4, "Iam2": 0.23, "Fvm2": 2.6, "Fcm2": 5.3}
-    names = list(labels(6, coupled.couplings))
-    chi = np.zeros(len(names))
-    chi[[names.index(name) for name in stated]] = list(stated.values())
-    q, dq, ddq = rng.uniform(-2, 2, (3, 40, 6))
-    both = 5.3 * np.sign(dq[:, 1] + dq[:, 4])
-    expected = np.zeros((40, 6))
-    expected[:, 1] = 0.7 * ddq[:, 1] + 3.1 * np.sign(dq[:, 1]) + 0.23 * ddq[:, 4] + 2.6 * dq[:, 4] + both
-    expected[:, 4] = 1.9 * dq[:, 4] - 0.4 + 0.23 * ddq[:, 1] + 2.6 * dq[:, 1] + both
-    np.testing.assert_allclose(inverse_dynamics(coupled, chi, q, dq, ddq), expected, rtol=0, atol=1e-13)

@@ -22,10 +22,7 @@ def test_a_cut_off_that_was_not_chosen_is_a_quarter_of_the_rate_at_most():
     assert (found.cutoff_hz, found.decimation_cutoff_hz) == pytest.approx((7.5, 7.5), rel=1e-3)
     assert found.rows_per_second == pytest.approx(15.0, rel=1e-3)
     assert note == "slow: logged at 30 Hz, so positions are low-passed at 7.5 Hz and currents at 7.5 Hz"
-
-
-def test_only_what_the_rate_asks_for_is_lowered():
-    found, _ = following(ObserveOptions(), [log(50.0)])
+    found, _ = following(ObserveOptions(), [log(50.0)])  # only what the rate asks for is lowered
     assert (found.cutoff_hz, found.decimation_cutoff_hz) == pytest.approx((12.5, 10.0), rel=1e-3)
     assert found.rows_per_second == 20.0
 

@@ -14,10 +14,8 @@ def test_joints_that_agree_on_another_mass_leave_the_weight_suspect_and_blame_no
     common = common_error(found)
     assert common.joints == (0, 1, 2, 3)
     # The mean weighted by what variances are of logarithms, by hand.
-    x, w = (
-        np.log([0.923, 0.926, 0.919, 0.924]),
-        (np.array([0.923, 0.926, 0.919, 0.924]) / (0.004, 0.006, 0.009, 0.02)) ** 2,
-    )
+    masses = np.array([0.923, 0.926, 0.919, 0.924])
+    x, w = np.log(masses), (masses / (0.004, 0.006, 0.009, 0.02)) ** 2
     np.testing.assert_allclose(common.rel_error, np.expm1(w @ x / w.sum()), rtol=1e-9)
     np.testing.assert_allclose(common.rel_std, np.exp(w @ x / w.sum()) * np.hypot(w.sum() ** -0.5, SCALE), rtol=1e-9)
     assert common.apart == ()

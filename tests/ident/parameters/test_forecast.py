@@ -5,27 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_observation, exact_problem, lopsided
+from weighings import known
 
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.known_gains import KnownGains
-from ident.estimation.problem import ObservedMotion
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.parameters.arm import arm_in_SI, as_if_loaded, forecast_gains, gain_ratios
 from ident.support.errors import NotIdentifiable
 
 OPTIONS = AllJointsOptions(friction_per_motion=False)
-NAMES = tuple(f"joint{j}" for j in range(1, 7))
-NOISE = 0.02
+NOISE, STD = 0.02, (0.03,) * 6
 
 
 @pytest.fixture
-def chi(rng) -> np.ndarray:
-    return rng.uniform(0.5, 2.0, 84)
-
-
-def held(joints: list[int]) -> KnownGains:
-    value = GAIN[joints]
-    C = np.diag((0.03 * value) ** 2)
-    return KnownGains(names=NAMES, joints=np.array(joints), value=value, covariance=C)
+def bare(structure, chi, rng) -> Problem:
+    return exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=TRUSTING)
 
 
 def test_rows_as_if_loaded_are_those_of_the_loaded_motion(structure, payload, chi):
@@ -41,7 +34,7 @@ def test_rows_as_if_loaded_are_those_of_the_loaded_motion(structure, payload, ch
 def test_what_is_expected_is_what_a_loaded_motion_gives(structure, payload, chi, rng):
     payload = replace(lopsided(payload), mass=0.9)
     bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, rows=300, options=TRUSTING)
-    gains = held([0, 1, 2, 3, 4, 5])
+    gains = known(rel_std=STD)
     ratios = gain_ratios(bare, OPTIONS).ratios
     expected = forecast_gains(bare, OPTIONS, payload, arm_in_SI(bare, OPTIONS, gains), ratios)
     carrying = exact_problem(structure, [(chi, payload, payload)], GAIN, rng, noise=NOISE, rows=300, options=TRUSTING)
@@ -51,21 +44,17 @@ def test_what_is_expected_is_what_a_loaded_motion_gives(structure, payload, chi,
     np.testing.assert_allclose(expected, seen, rtol=0.35)
 
 
-def test_a_gain_that_the_payload_would_not_show_is_refused_with_the_estimators_reason(structure, payload, chi, rng):
+def test_a_gain_that_the_payload_would_not_show_is_refused_with_the_estimators_reason(payload, bare):
     light = replace(payload, mass=0.002, mass_std=0.0, com=(0.0, 0.0, 0.001), inertia=(1e-9,) * 3 + (0.0,) * 3)
-    bare = exact_problem(
-        structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=replace(TRUSTING, max_rel_std=0.1)
-    )
-    gains, ratios = held(list(range(6))), gain_ratios(bare, OPTIONS).ratios
-    expected = forecast_gains(bare, OPTIONS, light, arm_in_SI(bare, OPTIONS, gains), ratios)
+    bare = replace(bare, options=replace(TRUSTING, max_rel_std=0.1))
+    ratios = gain_ratios(bare, OPTIONS).ratios
+    expected = forecast_gains(bare, OPTIONS, light, arm_in_SI(bare, OPTIONS, known(rel_std=STD)), ratios)
     assert all("exceeds 10 %" in each for each in expected)
 
 
-def test_a_gain_that_is_not_about_known_has_no_expectation(structure, payload, chi, rng):
-    bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=TRUSTING)
-    ratios, gains = gain_ratios(bare, OPTIONS).ratios, held([1, 3])
-    in_si = arm_in_SI(bare, OPTIONS, gains)
-    for shown, known in (
+def test_a_gain_that_is_not_about_known_has_no_expectation(payload, bare):
+    ratios, in_si = gain_ratios(bare, OPTIONS).ratios, arm_in_SI(bare, OPTIONS, known(rel_std=STD, joints=[1, 3]))
+    for shown, tied in (
         ((0, 1, 3, 5), (0, 1, 3, 5)),
         ((0, 1, 5), (0, 1, 3, 5)),  # one given gain ties them
         ((0, 5), (1, 3)),  # nothing ties these to the two that are given
@@ -73,11 +62,6 @@ def test_a_gain_that_is_not_about_known_has_no_expectation(structure, payload, c
         part = replace(ratios, given=np.isin(np.arange(6), shown))
         expected = forecast_gains(bare, OPTIONS, payload, in_si, part)
         untold = ["neither given nor identifiable" in str(each) for each in expected]
-        assert untold == [j not in known for j in range(6)]
-
-
-def test_a_payload_of_which_nothing_is_known_is_refused(structure, payload, chi, rng):
-    bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=TRUSTING)
-    ratios, gains = gain_ratios(bare, OPTIONS).ratios, held([1])
+        assert untold == [j not in tied for j in range(6)]
     with pytest.raises(NotIdentifiable, match="no parameter of the payload"):
-        forecast_gains(bare, OPTIONS, replace(payload, known="none"), arm_in_SI(bare, OPTIONS, gains), ratios)
+        forecast_gains(bare, OPTIONS, replace(payload, known="none"), in_si, ratios)

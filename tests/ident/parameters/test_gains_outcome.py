@@ -66,14 +66,11 @@ def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviatio
 
 def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, structure, heavy):
     problem, base = two_weights
-    loaded = problem.motions[2]
-    system = Columns.of([loaded])
-    tau = predicted_torque(system, base, heavy)
-    # Exact rows: V = (W chi + W_L chi_L) / g.
-    np.testing.assert_allclose(tau, GAIN[system.joint] * system.V, atol=1e-9 * np.abs(tau).max())
-    bare = predicted_torque(Columns.of([problem.motions[0]]), base, heavy)
-    own = Columns.of([problem.motions[0]])
-    np.testing.assert_allclose(bare, GAIN[own.joint] * own.V, atol=1e-9 * np.abs(bare).max())
+    for motion in (problem.motions[2], problem.motions[0]):
+        system = Columns.of([motion])
+        tau = predicted_torque(system, base, heavy)
+        # Exact rows: V = (W chi + W_L chi_L) / g.
+        np.testing.assert_allclose(tau, GAIN[system.joint] * system.V, atol=1e-9 * np.abs(tau).max())
 
 
 def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weights, heavy):
@@ -94,15 +91,11 @@ def test_motions_that_weigh_nothing_are_refused(two_weights, structure):
         with pytest.raises(NotIdentifiable, match=said):
             outcome_of_other_gains(replace(problem, motions=motions), known(), PLAIN)
     nothing = tuple(
-        motion if motion.payload is None else replace_payload(motion, Payload(mass=2.0, known="none"))
+        motion if motion.payload is None else replace(motion, payload=Payload(mass=2.0, known="none"))
         for motion in problem.motions[:2]
     )
     with pytest.raises(PayloadError, match="a verification needs its mass"):
         outcome_of_other_gains(replace(problem, motions=nothing), known(), PLAIN)
-
-
-def replace_payload(motion, payload: Payload):
-    return type(motion)(motion.observation, payload)
 
 
 def test_stated_gains_are_exact_and_one_a_joint(structure):

@@ -24,7 +24,7 @@ def test_each_joint_alone_gives_the_mass_off_by_as_much_as_its_gain(weighed_prob
 
 
 @pytest.mark.parametrize("part", ["all", "com", "mass"])
-def test_of_the_shape_what_is_not_known_is_free(weighed_problem, heavy, part):
+def test_of_the_shape_what_is_not_known_is_free(weighed_payload, heavy, part):
     # The stated centre and inertia are wrong where they must not be used, the mass always: it is what is found.
     stated = replace(heavy, mass=5.0, known=part)
     if part == "all":
@@ -34,18 +34,15 @@ def test_of_the_shape_what_is_not_known_is_free(weighed_problem, heavy, part):
         np.testing.assert_allclose(stated.known_part().chi, shape, rtol=1e-12)
     elif part == "mass":
         stated = replace(stated, com=(0.3, 0.2, 0.1))
-    alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), stated, known())
+    alone = masses_alone(weighed_payload, stated, known())
     shown = [each.value for each in alone if isinstance(each, Quantity)]
     assert len(shown) >= 2
     np.testing.assert_allclose(shown, 7.025, rtol=1e-4)
 
 
-def test_deviation_of_the_stated_shape_is_a_share_of_a_joint_alone(weighed_problem, heavy):
-    found = payload_of(weighed_problem, known(), PLAIN)
-    sure, unsure = (masses_alone(found, replace(heavy, com_std=(0.0, 0.0, std)), known())[1] for std in (0.0, 0.01))
-    assert isinstance(sure, Quantity)
-    assert isinstance(unsure, Quantity)
-    shifted = masses_alone(found, replace(heavy, com=(0.1, -0.05, 0.14 + 1e-4)), known())[1]
+def test_deviation_of_the_stated_shape_is_a_share_of_a_joint_alone(weighed_payload, heavy):
+    changes = {"com_std": (0.0, 0.0, 0.0)}, {"com_std": (0.0, 0.0, 0.01)}, {"com": (0.1, -0.05, 0.14 + 1e-4)}
+    sure, unsure, shifted = (masses_alone(weighed_payload, replace(heavy, **each), known())[1] for each in changes)
     # The change by a tenth of a millimetre, a hundred times: the inertia's change by the shift is of second order.
     slope = abs(shifted.value - sure.value) / 1e-4
     np.testing.assert_allclose(unsure.model_std, np.hypot(0.01 * slope, sure.model_std), rtol=0.02)
@@ -53,15 +50,15 @@ def test_deviation_of_the_stated_shape_is_a_share_of_a_joint_alone(weighed_probl
 
 
 @pytest.mark.parametrize(("rel_std", "shown"), [(0.24, True), (0.26, False)])
-def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(weighed_problem, heavy, rel_std, shown):
+def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(weighed_payload, heavy, rel_std, shown):
     gains = known(rel_std=np.full(6, rel_std))
-    alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), heavy, gains)
+    alone = masses_alone(weighed_payload, heavy, gains)
     assert [isinstance(each, Quantity) for each in alone] == [shown] * 6
     assert shown or "its estimate of the mass has a standard deviation of 1.8 kg" in alone[2]  # 0.26 of 7.025
 
 
-def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
-    found, j = payload_of(weighed_problem, known(), PLAIN), 3
+def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_payload, heavy, rng):
+    found, j = weighed_payload, 3
     final = found.selected.final
     model, columns = final.model, found.selected.final.ready.columns
     std, mean = np.full(model.std.shape, np.inf), np.tile(np.linspace(0.3, 0.7, model.std.shape[1]), (6, 1))

@@ -1,5 +1,6 @@
 """A stated payload against the one that is weighed: which gain is off, and when nothing can be said."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,8 +32,8 @@ def test_the_scale_tells_which_gain_is_off(structure, heavy, rng):
     np.testing.assert_allclose(off.joints[4].rel_error, 0.08, atol=4 * off.joints[4].rel_std)
 
 
-def test_deviation_of_the_scale_is_part_of_the_verdict(weighed_problem, heavy):
-    found, gains = payload_of(weighed_problem, known(), PLAIN), known()
+def test_deviation_of_the_scale_is_part_of_the_verdict(weighed_payload, heavy):
+    found, gains = weighed_payload, known()
     light = replace(heavy, mass=7.2, mass_std=0.1)
     one = verified(found, light, gains).together
     np.testing.assert_allclose(one.rel_error, 7.025 / 7.2 - 1.0, rtol=1e-4)
@@ -68,6 +69,11 @@ def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
     np.testing.assert_allclose(off.mass, 2.0 * heavy.mass, rtol=0.1)
 
 
+def centre(x: Sequence[float], std: Sequence[float]) -> list[Quantity]:
+    each = zip("xyz", x, std, strict=True)
+    return [Quantity(name=k, unit="m", value=v, residual_std=s, gain_std=0.0, model_std=0.0) for k, v, s in each]
+
+
 def a_mass(value: float, *more: Quantity) -> FoundBody:
     shares = {"residual_std": 0.1, "gain_std": 0.0, "model_std": 0.0}
     return FoundBody(
@@ -83,24 +89,18 @@ def test_a_mass_below_zero_beyond_doubt_is_refused():
 
 
 @pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
-def test_of_a_mass_that_is_not_sure_joints_say_nothing(weighed_problem, value):
-    assert joint_agreement(payload_of(weighed_problem, known(), PLAIN), a_mass(value), known()) == ()
+def test_of_a_mass_that_is_not_sure_joints_say_nothing(weighed_payload, value):
+    assert joint_agreement(weighed_payload, a_mass(value), known()) == ()
 
 
 def test_what_was_found_is_stated_with_its_deviations():
-    values = zip("xyz", (0.08, -0.03, 0.11), (0.02, 0.05, 0.03), strict=True)
-    centre = [Quantity(name=k, unit="m", value=x, residual_std=s, gain_std=0.0, model_std=0.0) for k, x, s in values]
     expected = Payload(mass=2.3, mass_std=0.1, com=(0.08, -0.03, 0.11), com_std=(0.02, 0.05, 0.03), known="com")
-    assert as_stated(a_mass(2.3, *centre)) == expected
+    assert as_stated(a_mass(2.3, *centre((0.08, -0.03, 0.11), (0.02, 0.05, 0.03)))) == expected
 
 
-def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_problem, heavy):
-    found = payload_of(weighed_problem, known(), PLAIN)
-    far, behind = (
-        [Quantity(name=axis, unit="m", value=x, residual_std=0.2, gain_std=0.0, model_std=0.0) for axis in "xyz"]
-        for x in (4.9, -4.9)
-    )
+def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_payload, heavy):
+    far, behind = (centre((x,) * 3, (0.2,) * 3) for x in (4.9, -4.9))
     stated = Payload(mass=heavy.mass, mass_std=0.1, known="mass")
-    expected = [each.mass for each in verified(found, stated, known()).joints]
+    expected = [each.mass for each in verified(weighed_payload, stated, known()).joints]
     for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far), a_mass(heavy.mass, *behind)):
-        assert [each.mass for each in joint_agreement(found, body, known())] == expected
+        assert [each.mass for each in joint_agreement(weighed_payload, body, known())] == expected

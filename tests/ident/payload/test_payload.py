@@ -46,8 +46,6 @@ FAULTS = {
     "mass = true": "mass = True is not a number",
     "mass = -1\nknown = 'mass'": "mass = -1 kg; expected a positive number",
     "mass = nan\nknown = 'mass'": "mass = nan is not finite",
-    "mass = 7025\nknown = 'mass'": "expected a positive number from 0.001 to 2000, in kg",
-    "mass = 7\ncom = [0, 0, 142]\nknown = 'mass'": "expected metres",
     "mass = 7\ncom = [0, 0, inf]\nknown = 'mass'": "com = .* is not finite",
     "mass = 7\nmass_std = nan\nknown = 'mass'": "mass_std = nan is not finite",
     "mass = 1\nknown = 'some'": "known = 'some'; expected 'all', 'com', 'mass' or 'none'",
@@ -62,7 +60,6 @@ FAULTS = {
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1, ', '')}": r"inertia\.ixx is missing; ixx, iyy and izz",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1, ', '')}": r"inertia\.izz is missing",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz', 'zz')}": r"unknown key inertia\.zz; did you mean 'izz'\?",
-    "mass = 1\nmass_std = -0.1\nknown = 'mass'": "mass_std = -0.1; expected 0 to 1",
     "mass = = 1": "not TOML",
 }
 
@@ -109,26 +106,20 @@ def test_values_are_taken_up_to_their_limits(message):
 
 
 def test_an_inertia_in_a_file_is_refused_from_the_radius_of_gyration_that_no_payload_has():
-    for mass, most in ((6.25, 0.725), (0.25, 0.425)):  # 0.35 m + 0.15 m sqrt(mass / kg)
-        for share in (0.99, 1.01):
-            J = mass * (share * most) ** 2
-            table = {"mass": mass, "com": [0.1, 0.2, 0.3], "inertia": {"ixx": 0.5 * J, "iyy": 0.7 * J, "izz": J}}
-            if share < 1.0:
-                payload_from_table(table)
-                continue
-            with pytest.raises(PayloadError, match=rf"inertia\.izz = .* expected {most:.3g} m at most"):
-                payload_from_table(table)
+    for mass, most, name in ((6.25, 0.725, "izz"), (0.25, 0.425, "iyy")):  # 0.35 m + 0.15 m sqrt(mass / kg)
+        inside, outside = (
+            {"mass": mass, "known": "mass", "inertia": {"ixx": 0.7 * J, "iyy": 0.6 * J, "izz": 0.5 * J} | {name: J}}
+            for J in (mass * (0.99 * most) ** 2, mass * (1.01 * most) ** 2)
+        )
+        payload_from_table(inside)
+        with pytest.raises(PayloadError, match=rf"inertia\.{name} = .* expected {most:.3g} m at most"):
+            payload_from_table(outside)
 
 
 def test_products_of_inertia_that_are_left_out_are_zero():
     table = {"mass": 2.5, "com": [0.1, 0.2, 0.3], "com_std": [0.4, 0.5, 0.6]}
-    found = payload_from_table(
-        table
-        | {
-            "inertia": {"izz": 0.04, "ixx": 0.02, "iyy": 0.03, "ixz": 0.001},
-            "inertia_std": {"ixx": 1, "iyy": 2, "izz": 3},
-        }
-    )
+    table["inertia"] = {"izz": 0.04, "ixx": 0.02, "iyy": 0.03, "ixz": 0.001}
+    found = payload_from_table(table | {"inertia_std": {"ixx": 1, "iyy": 2, "izz": 3}})
     assert found.inertia == (0.02, 0.03, 0.04, 0.0, 0.001, 0.0)
     assert found.inertia_std == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
     assert found.com_std == (0.4, 0.5, 0.6)
@@ -145,16 +136,3 @@ def test_mass_and_centre_are_known_with_their_own_deviations_alone():
         expected[6 + k, 0], expected[6 + k, 1 + k] = payload.com[k] * 0.02, 3.4 * payload.com_std[k]
     expected[9, 0] = 0.02
     np.testing.assert_allclose(known.spread, expected, rtol=0, atol=1e-12)  # differences of polynomials
-
-
-@pytest.mark.parametrize(
-    ("mass", "moment", "fits"), [(8.0, 32.5, False), (7.0, 8.7, False), (7.0, 0.6, True), (300.0, 2000.0, True)]
-)
-def test_an_inertia_that_no_body_of_that_mass_has_is_refused(mass, moment, fits):
-    # sqrt(I / m) of 2.0, 1.11, 0.29 and 2.6 m beside 0.35 + 0.15 sqrt(m) = 0.77, 0.75, 0.75 and 2.95 m
-    table = {"mass": mass, "known": "mass", "inertia": {"ixx": 0.9 * moment, "iyy": moment, "izz": 0.8 * moment}}
-    if fits:
-        assert payload_from_table(table).mass == mass
-        return
-    with pytest.raises(PayloadError, match=r"inertia\.iyy = .* a radius of gyration of .* kg m\^2"):
-        payload_from_table(table)

@@ -23,40 +23,23 @@ def of(said: LogDescription, episode: int) -> LogDescription:
     return replace(said, only=(("episode_index", float(episode)),))
 
 
-def state(folder: Path, names: list[str], rows: list[np.ndarray], **changes) -> Path:
+def so101(folder: Path, *kinds: str, nan: tuple[int, int] | None = None, **changes) -> Path:
+    """A dataset with kinds of values of every joint in one feature, one of episode 1 perhaps missing."""
+    kinds = kinds or ("pos", "current")
+    names = [f"{joint}.{kind}" for kind in kinds for joint in JOINTS]
+    rows = [np.column_stack([q if kind == "pos" else v for kind in kinds]) for _, q, v in map(motion, range(3))]
+    if nan is not None:
+        rows[1][nan] = np.nan
     features = {"observation.state": datasets.feature("float32", len(names), names)}
     return datasets.write(folder, features, {"observation.state": rows}, **changes)
 
 
-def openarm(folder: Path, **changes) -> Path:
-    features, rows = datasets.openarm()
-    return datasets.write(folder, features, {"observation.state": rows}, **{"robot_type": "openarm_follower"} | changes)
-
-
-def so101(folder: Path, ending: str = "current", **changes) -> Path:
-    names = [*(f"{joint}.pos" for joint in JOINTS), *(f"{joint}.{ending}" for joint in JOINTS)]
-    return state(folder, names, [np.column_stack(motion(e)[1:]) for e in range(len(LENGTHS))], **changes)
-
-
-def apart(folder: Path, names: object, kind: str = "effort", units: dict[str, object] | None = None) -> Path:
+def apart(folder: Path, names: object, kind: str = "effort") -> Path:
     """A dataset whose currents are a feature of their own."""
-    features = {
-        "observation.state": datasets.feature("float32", 3, names) | (units or {}),
-        "observation.velocity": datasets.feature("float32", 3, names),
-        f"observation.{kind}": datasets.feature("float32", 3, names),
-        "action": datasets.feature("float32", 3, names),
-    }
-    every = [motion(episode) for episode in range(len(LENGTHS))]
-    q, v = [each[1] for each in every], [each[2] for each in every]
+    _, q, v = zip(*map(motion, range(len(LENGTHS))), strict=True)
     other = [-x for x in q]
     rows = {"observation.state": q, "observation.velocity": other, f"observation.{kind}": v, "action": other}
-    return datasets.write(folder, features, rows)
-
-
-def edit(folder: Path, **changes) -> Path:
-    path = folder / "meta/info.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
-    return folder
+    return datasets.write(folder, dict.fromkeys(rows, datasets.feature("float32", 3, names)), rows)
 
 
 def assert_episode(folder: Path, said: LogDescription, episode: int, joints=(0, 1), q_scale=np.pi / 180.0) -> None:
@@ -67,15 +50,15 @@ def assert_episode(folder: Path, said: LogDescription, episode: int, joints=(0, 
     np.testing.assert_array_equal(found.v, v[:, joints])
 
 
-@pytest.mark.parametrize("episode", [0, 1, 2])
-def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path, episode):
-    folder = openarm(tmp_path / "set")
-    assert_episode(folder, TORQUE, episode)
-    assert_episode(folder, replace(TORQUE, joints=None), episode, joints=(0, 1, 2))  # velocities are no joints
-    log = read_log(folder, of(TORQUE, episode))
-    assert (log.layout, log.description.q.unit, log.description.v.unit) == (
-        "lerobot", ("deg",) * 2, ("N m",) * 2,
-    )  # fmt: skip
+def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path):
+    features, rows = datasets.openarm()
+    folder = datasets.write(tmp_path / "set", features, {"observation.state": rows}, robot_type="openarm_follower")
+    for episode in range(3):
+        assert_episode(folder, TORQUE, episode)
+        assert_episode(folder, replace(TORQUE, joints=None), episode, joints=(0, 1, 2))  # velocities are no joints
+        log = read_log(folder, of(TORQUE, episode))
+        units = log.description.q.unit, log.description.v.unit
+        assert (log.layout, *units) == ("lerobot", ("deg",) * 2, ("N m",) * 2)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +75,7 @@ def test_entries_without_names_are_said_by_their_numbers_and_those_of_two_kinds_
     with pytest.raises(RecordingError, match=r"no column is declared for positions.*found observation\.state\[0\]"):
         read_recording(folder, of(CURRENT, 0))
     said = replace(CURRENT, signal="current", v=Channels(columns=("observation.state.{joint}.current",), unit=("A",)))
-    assert_episode(two_kinds(tmp_path / "two"), said, 1)
+    assert_episode(so101(tmp_path / "two", *TWO), said, 1)
     q, v = (tuple(f"observation.{name}[{k}]" for k in (1, 0)) for name in ("state", "effort"))
     said = LogDescription(signal="current", q=Channels(columns=q, unit=("deg",)), v=Channels(columns=v, unit=("A",)))
     assert_episode(folder, said, 1, joints=(1, 0))
@@ -129,7 +112,12 @@ def without(*names: str):
 
 
 def edited(**changes):
-    return lambda folder: edit(so101(folder), **changes)
+    def made(folder: Path) -> Path:
+        path = so101(folder) / "meta/info.json"
+        path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+        return folder
+
+    return made
 
 
 def truncated(folder: Path) -> Path:
@@ -137,26 +125,7 @@ def truncated(folder: Path) -> Path:
     return folder
 
 
-def nan(folder: Path) -> Path:
-    rows = [np.column_stack(motion(episode)[1:]) for episode in range(len(LENGTHS))]
-    rows[1][7, 4] = np.nan
-    names = [f"{joint}.{kind}" for kind in ("pos", "current") for joint in JOINTS]
-    return state(folder, names, rows)
-
-
-def no_currents(folder: Path) -> Path:
-    names = [f"{joint}.pos" for joint in JOINTS]
-    rows = [motion(episode)[1] for episode in range(len(LENGTHS))]
-    features = {key: datasets.feature("float32", 3, names) for key in ("observation.state", "action")}
-    return datasets.write(folder, features, dict.fromkeys(features, rows))
-
-
-def two_kinds(folder: Path) -> Path:
-    names = [f"{joint}.{kind}" for kind in ("pos", "current", "torque") for joint in JOINTS]
-    rows = [np.column_stack((*motion(episode)[1:], motion(episode)[2])) for episode in range(len(LENGTHS))]
-    return state(folder, names, rows)
-
-
+TWO = ("pos", "current", "torque")
 DATA, LIST = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 LATE = [2.0 * np.arange(n) / FPS for n in LENGTHS]
 FRAMES = [[(0, slice(None)), (1, slice(40, None)), (1, slice(0, 40)), (2, slice(None))]]
@@ -170,11 +139,13 @@ SAID = {
 }
 MADE = {
     r"unit of currents is not declared: .*; the quantity in observation\.state\.shoulder_pan\.torque, .* not": (
-        lambda folder: so101(folder, "torque")
+        lambda folder: so101(folder, "pos", "torque")
     ),
-    "no column is declared for currents.*shoulder_pan": no_currents,
-    r"several kinds of current: .*state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ": two_kinds,
-    r"v2 is not a finite number at row 8 \(1 such values\)": nan,
+    "no column is declared for currents.*shoulder_pan": lambda folder: so101(folder, "pos"),
+    r"several kinds of current: .*state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ": (
+        lambda folder: so101(folder, *TWO)
+    ),
+    r"v2 is not a finite number at row 8 \(1 such values\)": lambda folder: so101(folder, nan=(7, 4)),
     "not JSON": truncated,
     r"'v2\.1'.*convert_dataset_v21_to_v30": edited(codebase_version="v2.1"),
     "codebase_version = None": edited(codebase_version=None),

@@ -70,16 +70,13 @@ def test_impossible_samples_are_refused_with_their_place():
         LOG.q[0, 0] = 0.0
 
 
-@pytest.mark.parametrize("ending", ["parquet", "csv"])
-def test_files_keep_every_digit_and_say_what_v_is(tmp_path, ending):
-    path = tmp_path / f"log.{ending}"
-    write_recording(LOG, path, signal="current [A]")
-    back = read_recording(path)
-    for name in ("t", "q", "v"):
-        np.testing.assert_array_equal(getattr(back, name), getattr(LOG, name))
-    if ending == "csv":
-        assert path.read_text().startswith("# v: current [A]\nt,q1,q2,v1,v2\n")
-        return
+def test_files_keep_every_digit_and_say_what_v_is(tmp_path):
+    for path in (tmp_path / "log.csv", tmp_path / "log.parquet"):
+        write_recording(LOG, path, signal="current [A]")
+        back = read_recording(path)
+        for name in ("t", "q", "v"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(LOG, name))
+    assert (tmp_path / "log.csv").read_text().startswith("# v: current [A]\nt,q1,q2,v1,v2\n")
     assert pq.read_schema(path).metadata[b"v"] == b"current [A]"
     frame = pd.read_parquet(path)
     assert list(frame.columns) == ["t", "q1", "q2", "v1", "v2"]
@@ -104,16 +101,15 @@ def test_a_uniform_clock_is_left_alone_and_a_jittered_one_resampled(rng):
     np.testing.assert_allclose(even.v[:, 0], np.cos(even.t), atol=4e-5)  # straight lines: h^2 / 8, h = 16 ms
 
 
-@pytest.mark.parametrize(("share", "holed"), [(9.9, False), (10.1, True)])
-def test_an_interval_of_ten_others_is_a_hole_and_nothing_is_invented_for_it(rng, share, holed):
+def test_an_interval_of_ten_others_is_a_hole_and_nothing_is_invented_for_it(rng):
     # 40 and 59 samples on either side: the interval begins in row 40.
-    t = 0.02 * (np.arange(99) + (share - 1.0) * (np.arange(99) >= 40))
-    motion = Recording(t, rng.normal(size=(99, 2)), rng.normal(size=(99, 2)), "motion")
-    if not holed:
-        np.testing.assert_allclose(np.diff(resampled(motion).t), motion.period, rtol=1e-9)  # of sums in float64
-        return
+    q, v = rng.normal(size=(2, 99, 2))
+    short, long = (
+        Recording(0.02 * (np.arange(99) + (share - 1.0) * (np.arange(99) >= 40)), q, v) for share in (9.9, 10.1)
+    )
+    np.testing.assert_allclose(np.diff(resampled(short).t), short.period, rtol=1e-9)  # of sums in float64
     with pytest.raises(RecordingError, match=r"missing: 0\.202 s pass from row 40 to the next, usually 0\.02 s"):
-        resampled(motion)
+        resampled(long)
 
 
 def test_motions_are_read_with_their_payload_and_sorted_by_absolute_time(tmp_path):

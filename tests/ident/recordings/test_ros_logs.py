@@ -1,5 +1,6 @@
 """Bags and MCAP files written by `rosbags` are read back by joints' names, whatever their storage."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,17 +40,12 @@ def assert_read(path: Path, description: LogDescription = DESCRIPTION) -> None:
     np.testing.assert_array_equal(found.v, V[:, WANTED])
 
 
-STORAGES = [
-    ("sqlite3", "file"),
-    ("sqlite3", "message"),
-    ("sqlite3", ""),
-    ("mcap", ""),
-    ("mcap", "storage"),
-    ("mcap", "message"),
-]
+STORAGES = [("sqlite3", "file"), ("sqlite3", "message"), ("sqlite3", ""), ("mcap", ""), ("mcap", "storage")]
 
 
-@pytest.mark.parametrize(("storage", "compressed"), STORAGES)
+@pytest.mark.parametrize(
+    ("storage", "compressed"), [*STORAGES, pytest.param("mcap", "message", marks=pytest.mark.slow)]
+)
 def test_a_bag_is_read_back_by_the_joints_names(tmp_path, storage, compressed):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed=compressed, others=["/chatter", "/a"])
     assert_read(bag)
@@ -66,33 +62,33 @@ def test_messages_without_the_joints_are_passed_over_and_order_may_change_and_be
     mixed = []
     for k, each in enumerate(samples()):
         turned = [3, 0, 1, 2] if k > 30 else [0, 1, 2, 3]
-        mixed.append(
-            replace(
-                each,
-                names=[LOGGED[j] for j in turned],
-                position=Q[k, turned],
-                effort=V[k, turned],
-                frame="base" * (k % 3),
-            )
-        )
+        changes = {"names": [LOGGED[j] for j in turned], "position": Q[k, turned], "effort": V[k, turned]}
+        mixed.append(replace(each, **changes, frame="base" * (k % 3)))
         mixed.append(Sample(stamp=each.stamp, names=("jaw",), position=(0.1,), logged=each.logged))
     for first, last in ((10, 80), (24, 26)):  # logged late
         mixed[first], mixed[last] = mixed[last], mixed[first]
     assert_read(write_bag(tmp_path / "bag", mixed, storage=storage))
 
 
-def test_joints_in_different_messages_are_refused(tmp_path):
-    two = []
-    for k, each in enumerate(samples()):
-        two.append(replace(each, names=LOGGED[:2], position=Q[k, :2], effort=V[k, :2], velocity=()))
-        two.append(replace(each, names=LOGGED[2:], position=Q[k, 2:], effort=V[k, 2:], velocity=()))
-    with pytest.raises(RecordingError, match=r"no message has all .*shoulder.position.*; record a single publisher"):
-        read_recording(write_bag(tmp_path / "bag", two), DESCRIPTION)
+def test_joints_in_different_messages_and_stamps_out_of_order_are_refused(tmp_path):
+    two = [
+        replace(each, names=LOGGED[part], position=Q[k, part], effort=V[k, part], velocity=())
+        for k, each in enumerate(samples())
+        for part in (slice(2), slice(2, None))
+    ]
+    mixed = samples()
+    mixed[41] = replace(mixed[41], stamp=float(T[38]) - 0.001)  # in the order of logging, row 42 goes back
+    for name, logged, said in (
+        ("two", two, r"no message has all .*shoulder.position.*; record a single publisher"),
+        ("mixed", mixed, "time does not increase at row 42"),
+    ):
+        with pytest.raises(RecordingError, match=said):
+            read_recording(write_bag(tmp_path / name, logged), DESCRIPTION)
 
 
 def test_of_several_topics_one_has_to_be_chosen(tmp_path):
     two = samples(topic="/left/joint_states") + samples(topic="/right/joint_states", position=[0.3, 0.1, 0.2, 0.4])
-    bag = write_bag(tmp_path / "bag", two, storage="mcap", others=["/chatter"])
+    bag = write_bag(tmp_path / "bag", two, others=["/chatter"])
     with pytest.raises(RecordingError, match=r"several topics of .*: /left/joint_states, /right/joint_states; choose"):
         read_recording(bag, DESCRIPTION)
     assert_read(bag, replace(DESCRIPTION, topic="/left/joint_states"))
@@ -125,13 +121,6 @@ def test_what_a_bag_lacks_is_said_in_one_line(tmp_path, name):
     assert "\n" not in str(caught.value)
 
 
-def test_stamps_out_of_order_are_refused_and_not_sorted(tmp_path):
-    mixed = samples()
-    mixed[41] = replace(mixed[41], stamp=float(T[38]) - 0.001)  # in the order of logging, row 42 goes back
-    with pytest.raises(RecordingError, match="time does not increase at row 42"):
-        read_recording(write_bag(tmp_path / "bag", mixed), DESCRIPTION)
-
-
 def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
     with Writer(tmp_path / "texts", version=9) as writer:
         topic = writer.add_connection("/chatter", "std_msgs/msg/String", typestore=STORE)
@@ -153,28 +142,20 @@ def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
         read_recording(tmp_path / "texts", DESCRIPTION)
 
 
-def complaint(bag: Path) -> str:
-    """What is said of a bag, empty if it is read."""
-    try:
-        read_recording(bag, DESCRIPTION)
-    except RecordingError as error:
-        return str(error)
-    return ""
-
-
 @pytest.mark.parametrize(("storage", "ending"), [("sqlite3", "db3"), ("mcap", "mcap")])
 def test_a_damaged_file_is_one_line_or_the_same_log(tmp_path, storage, ending):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed="storage" if storage == "mcap" else "")
     path = bag / f"bag.{ending}"
     whole, rng = path.read_bytes(), np.random.default_rng(5)
-    for _ in range(30):
+    for _ in range(10):
         broken = bytearray(whole)
         for place in rng.integers(0, len(whole), 3).tolist():
             broken[place] = int(rng.integers(0, 256))
         path.write_bytes(bytes(broken[: rng.integers(100, len(whole))] if rng.random() < 0.4 else broken))
-        description = complaint(bag)
-        assert "\n" not in description
-        assert description.startswith(f"{bag}: ") or not description
+        try:
+            read_recording(bag, DESCRIPTION)
+        except RecordingError as error:
+            assert re.match(rf"{re.escape(str(bag))}: [^\n]*$", str(error))  # noqa: PT017
     (bag / "metadata.yaml").write_text("rosbag2: [")
     with pytest.raises(RecordingError, match="not a readable ROS 2 bag or MCAP file"):
         read_recording(bag, DESCRIPTION)
@@ -189,7 +170,7 @@ LIMITS = {
 @pytest.mark.parametrize("limit", LIMITS)
 def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit):
     jaws = [Sample(stamp=1.0, names=(f"jaw_{k}",), position=(0.1,)) for k in range(3)]  # three numbers each
-    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], storage="mcap", compressed="storage")
+    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], compressed="storage")
     enough, few, message = LIMITS[limit]
     monkeypatch.setattr(f"ident.recordings.{limit}", enough)
     assert_read(bag)

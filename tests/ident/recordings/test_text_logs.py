@@ -103,11 +103,8 @@ DATES = {
 def test_dates_are_seconds_since_1970_on_any_computer(tmp_path, form, monkeypatch):
     start, (head, tail) = datetime(2031, 7, 19, 9, 41, 7, 125000, tzinfo=UTC), DATES[form]
     stamps = [f"2031-07-19{head}{125000 + 4000 * k:06d}{tail}" for k in range(len(T))]
-    lines = [
-        "time;a;x",
-        *(f"{s};{a!r};{x!r}" for s, a, x in zip(stamps, Q[:, 0].tolist(), V[:, 0].tolist(), strict=True)),
-    ]
-    text = "\n".join(lines)
+    rows = zip(stamps, Q[:, 0].tolist(), V[:, 0].tolist(), strict=True)
+    text = "\n".join(["time;a;x", *(f"{stamp};{a!r};{x!r}" for stamp, a, x in rows)])
     path = tmp_path / "log.csv"
     path.write_text(text.replace(".", ",") if form == "a comma" else text)
     description = replace(described(["t=time[iso]", "q=a[rad]", "v=x[A]"]), signal="current")
@@ -118,7 +115,7 @@ def test_dates_are_seconds_since_1970_on_any_computer(tmp_path, form, monkeypatc
     time.tzset()
     expected = [(start + timedelta(microseconds=4000 * k)).timestamp() for k in range(len(T))]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=5e-7)  # float64 has 2.4e-7 s in 2031
-    path.write_text("\n".join(lines).replace("137000", "x", 1))
+    path.write_text(text.replace("137000", "x", 1))
     with pytest.raises(RecordingError, match=r"line 5, column time: '2031-07-19.*' is not a date in ISO 8601"):
         read_recording(path, description)
 

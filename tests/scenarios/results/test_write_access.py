@@ -55,6 +55,17 @@ def test_a_record_that_is_none_records_nothing(tmp_path, text):
         held(tmp_path)
 
 
+def test_a_single_file_is_claimed_in_its_folder(tmp_path):
+    with held(tmp_path / "a.txt", ()).writing():
+        (tmp_path / "a.txt").write_text("ours")
+    (tmp_path / "b.txt").write_text("mine")
+    held(tmp_path / "a.txt", ())
+    with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test did not write this file"):
+        held(tmp_path / "b.txt", ())
+    with pytest.raises(ScenarioError, match=r"a\.txt: rx90 test reads this file"):
+        held(tmp_path / "a.txt", (), reads=[str(tmp_path / "a.txt")])  # also as a word of an option
+
+
 def test_a_folder_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     said = tmp_path / "file" / "sub"

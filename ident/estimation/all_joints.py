@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 
 from ident.estimation.blocks import flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Rows, larger_of
+from ident.estimation.intervals import FREE_BLOCK, Rows, deviations, larger_of
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -428,7 +428,7 @@ class Sensitivity:
     @property
     def std(self) -> Array:
         """Standard deviations from residuals and priors, shape (q,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return deviations(self.covariance)
 
     def classical(self) -> Array:
         """Covariance for white residuals with one standard deviation per joint (eq. 20), shape (q, q)."""

@@ -146,6 +146,11 @@ def classical(rows: Rows, influence: Array) -> Array:
     return spread @ spread.T  # eq. 20: influence @ influence.T is (W^T W)^-1
 
 
+def deviations(covariance: Array) -> Array:
+    """Standard deviations of k quantities, shape (k,); a variance may be below zero by rounding."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
 def larger_of(covariance: Array, other: Array) -> Array:
     """Return the covariance with the larger of both standard deviations and the correlations of the first, (k, k)."""
     own = np.diag(covariance)

@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
+from ident.estimation.intervals import deviations
 from ident.estimation.setting import Setting, Term
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
@@ -71,7 +72,7 @@ class Coefficients:
     @property
     def noise(self) -> Array:
         """Standard errors, shape (m,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return deviations(self.covariance)
 
     def of(self, laws: Collection[str]) -> "Coefficients":
         """Those of some laws."""

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
+from ident.estimation.intervals import deviations
 from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
@@ -188,7 +189,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
 def of_negative_compliance(soft: Fit, count: int) -> Mask:
     """Mask of the compliances, the last shared parameters of a fit, that are significantly negative, shape (count,)."""
     own = np.arange(len(soft.theta) - count, len(soft.theta))
-    return soft.theta[own] < -BETTER * np.sqrt(np.diag(soft.of_theta(own).from_data))
+    return soft.theta[own] < -BETTER * deviations(soft.of_theta(own).from_data)
 
 
 def _load_note(form: str, belief: Belief) -> str:

@@ -298,6 +298,19 @@ def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leav
     assert loop.x.max() > 5.0
 
 
+def test_varying_errors_of_plants_in_one_batch_have_the_values_and_drives_of_each():
+    weaker = replace(STRONG, stribeck=0.5 * STRONG.stribeck, cogging=0.5 * STRONG.cogging)
+    plants = [nominal_plant(errors=STRONG), nominal_plant(errors=weaker, gain=1.2 * DRIVES.gain)]
+    entries = [simulation_of(plant, step=1e-3) for plant in plants]
+    alone = [Engine([each], substeps=1, threads=1) for each in entries]
+    together = Engine(entries, substeps=1, threads=1)
+    for v in np.random.default_rng(4).uniform(-40, 40, (20, 6)):
+        for engine in (*alone, together):
+            engine.current[:] = v
+            engine.advance()
+    np.testing.assert_array_equal(together.q, np.vstack([engine.q for engine in alone]))
+
+
 @pytest.mark.parametrize("elastic", [False, True])
 def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
     seen, times = list[np.ndarray](), list[float]()

@@ -55,6 +55,17 @@ def test_a_record_that_is_none_records_nothing(tmp_path, text):
         held(tmp_path)
 
 
+def test_a_single_file_is_claimed_in_its_folder(tmp_path):
+    with held(tmp_path / "a.txt", ()).writing():
+        (tmp_path / "a.txt").write_text("ours")
+    (tmp_path / "b.txt").write_text("mine")
+    held(tmp_path / "a.txt", ())
+    with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test did not write this file"):
+        held(tmp_path / "b.txt", ())
+    with pytest.raises(ScenarioError, match=r"a\.txt: rx90 test reads this file"):
+        held(tmp_path / "a.txt", (), reads=[str(tmp_path / "a.txt")])  # also as a word of an option
+
+
 def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch):
     ours = held(tmp_path, ["a.txt"])
 
@@ -81,7 +92,7 @@ def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_aske
     for folder, names, why in places:
         asked_for = folder / names[0] if names != NAMES else folder
         with pytest.raises(ScenarioError, match=rf"^{asked_for}: cannot be written: {why}"):
-            claim(folder, names, command="rx90 test", force=False, reads=())
+            held(folder, names)
     with pytest.raises(ScenarioError, match=r"^cannot create .*new: Not a directory$"), ours.writing():
         raise AssertionError("nothing is written")
 

@@ -114,11 +114,12 @@ def identify(
     estimate_of = _estimator(method, options)
     prepared = prepare(logs, arm, observing=observing, gains=gains, policy=policy)
     raise_for(prepared, Diagnosed())
+    if getattr(options, "gain_value", None) is None:  # else a known gain sets the scale
+        check_payloads(prepared.motions)
     try:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:  # a fault of the logs is reported as the cause
-        check_payloads(prepared.motions)
         raise_for(prepared, diagnose(prepared.logs()) if policy.checked else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:

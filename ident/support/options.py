@@ -7,10 +7,11 @@ scenario files and their schema use the same ones.
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from math import isfinite
 from sys import float_info
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Interval, Unit
 
@@ -29,7 +30,8 @@ DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "t
 """What a field of a type takes, in words."""
 
 
-class Key(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class Key:
     """A key of a strict table, by itself or as the annotation of a field.
 
     Attributes:
@@ -42,11 +44,11 @@ class Key(NamedTuple):
     expected: str
     allowed: Callable[[object], bool]
     many: bool = False
-    words: Mapping[str, object] = {}
+    words: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def or_word(self, word: str, value: object) -> "Key":
         """Return a key that also takes a text for a value."""
-        return self._replace(expected=f"{self.expected}, or {word!r}", words={word: value})
+        return replace(self, expected=f"{self.expected}, or {word!r}", words={word: value})
 
 
 def one_of(names: Collection[str]) -> Key:

@@ -78,6 +78,7 @@ def test_a_signal_that_is_ignored_stays_so():
 OTHERS = {"pinocchio": "from .pinocchio_pywrap_default import *", "numpy": "from . import _multiarray", "coal": ""}
 
 
+@pytest.mark.slow
 def test_packages_of_another_python_give_way_and_what_draws_nothing_needs_no_opengl(tmp_path):
     for name, content in OTHERS.items():
         folder = tmp_path / "ros" / name

@@ -104,6 +104,7 @@ def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_
     assert set(fit.rows[0].motion.tolist()) == {0, 1, 2}
 
 
+@pytest.mark.slow
 def test_gains_that_a_fault_spoils_are_refused_for_it_and_those_that_are_kept_are_right(
     cell, sound_gains, tmp_path, capsys
 ):

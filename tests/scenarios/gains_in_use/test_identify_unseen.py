@@ -98,6 +98,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(
     assert "v is scaled; if it carries a payload, state it" in line
 
 
+@pytest.mark.slow
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):
     log = ident.read(weighed_cell / "run" / "light.parquet").recording
     write_recording(replace(log, q=np.rad2deg(log.q)), tmp_path / "degrees.parquet")

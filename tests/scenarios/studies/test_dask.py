@@ -76,6 +76,7 @@ def workers(living):
         yield workers
 
 
+@pytest.mark.slow
 def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, scenario, tmp_path):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     there, here = (
@@ -85,6 +86,7 @@ def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, scenario, tmp
     pd.testing.assert_frame_equal(there, here, check_exact=True)
 
 
+@pytest.mark.slow
 def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     found = dict(completed(workers, double_or_die, range(11, 16)))
     assert found.pop(13).kind == "WorkerDied"

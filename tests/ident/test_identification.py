@@ -119,6 +119,7 @@ def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch)
         identify(axes, mounted(*logs, BRICK), method="ls-2011", options=1.5, policy=SIMULATED)
 
 
+@pytest.mark.slow
 def test_what_an_identification_worked_with_is_freed_with_its_result(axes):
     def problems() -> list[Problem]:
         gc.collect()

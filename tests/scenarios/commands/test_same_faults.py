@@ -143,6 +143,7 @@ def late_cell(cell, tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_gains_of_late_currents_are_those_of_sound_logs_once_the_delay_is_undone(
     sound_gains, late_cell, tmp_path, capsys
 ):

@@ -205,6 +205,7 @@ def test_a_design_without_a_feasible_payload_or_for_a_bare_protocol_is_refused(n
 
 
 @pytest.mark.usefixtures("_undiagnosed")
+@pytest.mark.slow
 def test_the_command_writes_a_payload_with_which_all_six_gains_are_identified(designed, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(module, "design_payload", lambda *_, **__: designed)
     out = tmp_path / "weight.toml"

@@ -239,6 +239,7 @@ def test_holds_are_slow_use_less_torque_and_want_what_gravity_loads_and_a_joint_
 # The command
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(module, "FIRST", 8)
     out = tmp_path / "motion.toml"

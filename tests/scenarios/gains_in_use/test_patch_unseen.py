@@ -118,6 +118,7 @@ def test_a_copy_is_compared_with_the_same_arm_and_friction_with_the_gains_of_the
         assert [each["other_rel_error"] for each in other["joints"]] == [each["rel_error"] for each in one["joints"]]
 
 
+@pytest.mark.slow
 def test_a_copy_with_links_of_bare_motions_must_predict_as_these_predict_each_other(patching, tmp_path, capsys):
     structure, nominal = structure_of(load_arm(MODEL)), nominal_links(Path(MODEL), None)
     b = model_base(Path(MODEL), None, structure.base).tolist()

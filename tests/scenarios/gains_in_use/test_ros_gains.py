@@ -28,6 +28,7 @@ def bags(weighed_cell, tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_bags_give_the_gains_of_the_recordings_that_they_hold(bags, weighed_cell, capsys):
     read = read_recording(bags / "heavy", LogDescription(signal="current", joints=load_arm(MODEL).joint_names))
     whole = read_recording(weighed_cell / "run" / "heavy.parquet")

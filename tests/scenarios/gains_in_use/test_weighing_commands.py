@@ -31,6 +31,7 @@ def weighed(cell: Path, loaded: str = "light", unloaded: str = "unloaded", gains
             "--unloaded", str(run / f"{unloaded}.parquet")]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_weight_and_a_motion_that_identification_has_not_seen_verify_its_gains(weighed_cell, sheet, capsys):
     words = verified(weighed_cell, *light(weighed_cell), "--json", "--compare-with")
     assert main([*words, sheet]) == 0

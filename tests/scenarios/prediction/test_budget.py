@@ -130,6 +130,7 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
         predicted_budget(sourced(quick))
 
 
+@pytest.mark.slow
 def test_faults_that_motions_will_exclude_are_those_that_simulated_logs_exclude(quick):
     assert enough(setup_of(quick)) == 4  # 16 times 15 Hz from 1 kHz
     assert enough(setup_of(with_settings(quick, {"experiment.controller.rate_hz": 200.0}))) == 1

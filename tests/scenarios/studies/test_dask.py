@@ -127,6 +127,7 @@ def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with
     assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_ends_a_study_without_rows(living):
     file, process = living()
     with dask_workers(str(file)) as workers:

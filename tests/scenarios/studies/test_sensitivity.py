@@ -83,6 +83,7 @@ def test_numbers_that_are_no_power_of_two_are_refused(number):
 
 
 @pytest.mark.usefixtures("_at_home", "_undiagnosed")
+@pytest.mark.slow
 def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "two.toml"

@@ -20,6 +20,7 @@ from ident.diagnosis.estimate_evidence import (
     HeldOutEstimate,
     Lack,
     _may_be_of_payload,
+    _of_payload,
     _unexplained,
     claimed,
     consequence,
@@ -414,3 +415,14 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
     for share, names in ((1.02, ["spring"]), (0.98, [])):
         term = replace(centre, family="spring", largest=share * size)
         assert [each.name for each in lacks_of(bare, [term], ["a", "b"], stiff=None)] == names
+
+
+def test_an_error_of_the_payload_to_first_order_is_no_rival_of_an_estimate_from_its_mass_alone(monkeypatch):
+    asked = list[object]()
+    monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
+    monkeypatch.setattr(estimate_evidence, "_may_be_of_payload", lambda base, other: asked.append(other))
+    base = SimpleNamespace(problem=SimpleNamespace(payloads=(BRICK,)))
+    for family in (CENTRE, INERTIA, "zero"):
+        lack = SimpleNamespace(best=SimpleNamespace(alternative=Rival(family=family, columns=())))
+        assert _of_payload(base, None, None, lack, ()) is None
+    assert asked == [None, None, lack]

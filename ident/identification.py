@@ -15,7 +15,7 @@ from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
-from ident.estimation.estimators import DEFAULT, estimator
+from ident.estimation.estimators import DEFAULT, estimator, gives_a_gain
 from ident.estimation.problem import GainOptions, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure
@@ -114,12 +114,13 @@ def identify(
     estimate_of = _estimator(method, options)
     prepared = prepare(logs, arm, observing=observing, gains=gains, policy=policy)
     raise_for(prepared, Diagnosed())
-    if getattr(options, "gain_value", None) is None:  # else a known gain sets the scale
+    if not gives_a_gain(options):
         check_payloads(prepared.motions)
     try:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:  # a fault of the logs is reported as the cause
+        check_payloads(prepared.motions)
         raise_for(prepared, diagnose(prepared.logs()) if policy.checked else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:

@@ -162,7 +162,7 @@ def _uncorrected(words: Sequence[str], before: Fit, after: Fit) -> tuple[str, ..
     if not words:
         return ()
     change = np.abs(before.h / after.h) - 1.0
-    j = int(np.argmax(np.abs(change) / np.maximum(before.log_h.std, 1e-300)))
+    j = int(np.argmax(np.abs(change) / before.log_h.std))
     return (
         "gains seem not to be constant, unless another error of the model looks the same: "
         f"{'; '.join(words)}; not corrected: "

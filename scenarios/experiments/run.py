@@ -22,7 +22,6 @@ from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
-from sim.effects.motors import gain_at
 from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
@@ -106,10 +105,8 @@ class Simulated:
 
         A gain that depends on the current is that at the rms current of the first motion with a payload.
         """
-        plant, loaded = self.setup.plant, [each.loaded for each in self.setup.experiments]
-        currents = self.recordings[loaded.index(True) if any(loaded) else 0].v
-        gain = gain_at(plant.errors, plant.drives, np.sqrt(np.mean(currents**2, axis=0)))
-        return replace(plant.drives, gain=gain)
+        drives = self.setup.plant.drives
+        return replace(drives, gain=self.setup.gain_under([each.v for each in self.recordings]))
 
     @property
     def motions(self) -> tuple[Experiment, ...]:

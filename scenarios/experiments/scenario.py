@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from ident.estimation.estimators import ESTIMATORS
@@ -35,6 +36,7 @@ from scenarios.experiments.schema import (
 )
 from scenarios.support.errors import ScenarioError, WrongValue
 from sim.controller import ControllerBelief
+from sim.effects.motors import gain_at
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
 from sim.robot import DriveTruth, Robot
@@ -249,6 +251,15 @@ class Setup:
     def true_gain(self) -> Array:
         """The injected drive gains [N m / drive unit], shape (n,)."""
         return self.plant.drives.gain
+
+    def gain_under(self, currents: Sequence[Array]) -> Array:
+        """Return the true gains at the rms current of the first motion with a payload, or of the first, shape (n,).
+
+        Currents of each motion, in order of time, have the shape (N, n).
+        """
+        loaded = [each.loaded for each in self.experiments]
+        v = currents[loaded.index(True) if any(loaded) else 0]
+        return gain_at(self.plant.errors, self.plant.drives, np.sqrt(np.mean(v**2, axis=0)))
 
     @property
     def protocol(self) -> tuple[str, ...]:

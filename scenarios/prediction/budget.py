@@ -116,8 +116,8 @@ class Predictor:
         """Return mean and standard deviation of the errors from a drawn source, all others off, shape (2, k).
 
         If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
-        Raises `ScenarioError` if neither or the draw is possible; if a number has no mean or standard
-        deviation.
+        Raises `ScenarioError` if neither is possible, if the draw is not possible, or if a number has no mean or
+        standard deviation.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
@@ -132,9 +132,11 @@ class Predictor:
                 raise ScenarioError(
                     f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
                 )
-        inverse = 1.0 / self._quiet.true_gain[self.joints]
-        inverse = inverse + self.linear.change(logs, self._quiet_logs)[self._rows]
-        return 1.0 / (inverse * setup.true_gain[self.joints]) - 1.0
+        quiet, true = (
+            each.gain_under([log.log.v for log in found])[self.joints]
+            for each, found in ((self._quiet, self._quiet_logs), (setup, logs))
+        )
+        return 1.0 / ((1.0 / quiet + self.linear.change(logs, self._quiet_logs)[self._rows]) * true) - 1.0
 
     def _again(self, settings: Settings) -> Array:
         own = self.linear.setup
@@ -146,7 +148,7 @@ class Predictor:
         if lost.size:
             raise ScenarioError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
         at = np.searchsorted(now.joints, self.joints)
-        truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
+        truth = with_it.true_gain[self.joints] / self.linear.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
 
     def _of_noise(self, variance: Array) -> Array:

@@ -141,6 +141,12 @@ class Linearised:
         estimate = estimator(chosen.method).estimate(expected.problem, chosen.method_options)
         return cls(setup, expected, estimate, behind, places, every)
 
+    @property
+    def true_gain(self) -> Array:
+        """The true gains under the currents of the expected logs [N m / drive unit], shape (n,)."""
+        in_time = sorted(zip(self.places, self.expected.motions, strict=True), key=lambda pair: pair[0])
+        return self.setup.gain_under([motion.recording.v for _, motion in in_time])
+
     def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
         """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
         table, rows = self.setup.scenario.table, self.estimate.solution.rows

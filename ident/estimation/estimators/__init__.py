@@ -63,3 +63,8 @@ def estimator(name: str) -> Estimator:
     if name not in ESTIMATORS:
         raise OptionError(f"unknown method {name!r}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}")
     return ESTIMATORS[name]
+
+
+def gives_a_gain(options: object) -> bool:
+    """Whether options of a method state a gain, which sets the scale of the others."""
+    return isinstance(options, nls.AllJointsOptions) and options.gain_value is not None

@@ -189,13 +189,13 @@ def test_columns_are_those_of_the_equation_and_without_laws_a_fit_is_what_it_was
 def test_the_spread_of_drives_is_expected_from_their_coefficients_and_what_is_stated():
     value, noise, stated = np.array([0.013, -0.031, 0.022]), np.array([0.004, 0.011, 0.007]), 0.02
 
-    def density(spread: float) -> float:
-        v = noise**2 + spread**2
-        return float(np.exp(-0.5 * np.sum(np.log(v) + value**2 / v)) / (1.0 + (spread / stated) ** 2) ** 2)
+    def density(spread: float, k: int) -> float:
+        v = noise[:k] ** 2 + spread**2
+        return float(np.exp(-0.5 * np.sum(np.log(v) + value[:k] ** 2 / v)) / (1.0 + (spread / stated) ** 2) ** 2)
 
-    squares, whole = (quad(lambda x, p=p: x**p * density(x), 0.0, 0.2, epsabs=0.0, limit=200)[0] for p in (2, 0))
-    places = tuple(Place("size", 0, j) for j in range(3))
-    found = expected_spread(Coefficients(places, value, np.diag(noise**2)), stated)
-    np.testing.assert_allclose(found, np.sqrt(squares / whole), rtol=0.01)  # steps of 12 %
-    alone = expected_spread(Coefficients((), value[:0], np.zeros((0, 0))), stated)
-    np.testing.assert_allclose(alone, 0.94 * stated, rtol=0.01)  # Student's expected square below ten times the stated
+    end = 10.0 * stated * 1000.0 ** (0.5 / 60.0)  # half of one of 60 steps beyond the last spread
+    for k in (3, 0):  # of three drives, and of what is stated alone
+        squares, whole = (quad(lambda x, p=p, k=k: x**p * density(x, k), 0.0, end, limit=200)[0] for p in (2, 0))
+        places = tuple(Place("size", 0, j) for j in range(k))
+        found = expected_spread(Coefficients(places, value[:k], np.diag(noise[:k] ** 2)), stated)
+        np.testing.assert_allclose(found, np.sqrt(squares / whole), rtol=0.01)  # steps of 12 %

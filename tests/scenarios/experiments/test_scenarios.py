@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from estimates import gain_estimate
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 
 from ident.support.errors import OptionError
 from scenarios.cli import main
 from scenarios.experiments.judge import judge
 from scenarios.experiments.robots import robot
+from scenarios.experiments.run import run
 from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_method
 from scenarios.experiments.scenario_files import builtin_names
 from scenarios.experiments.schema import ToleranceTable
@@ -43,6 +44,24 @@ def test_built_in_scenarios_are_valid(name):
     setup = setup_of(load_scenario(name))
     assert setup.scenario.table.description
     assert setup.experiments[1].loaded
+
+
+def test_the_true_gain_of_a_law_is_that_at_the_rms_current_of_the_first_loaded_motion(tmp_path):
+    law = "[plant.errors]\ntorque_constant_falls = 0.07\n[experiment]\nprotocol = ['bare', 'loaded', 'loaded']\n"
+    setup = setup_of(load_scenario(scenario_file(tmp_path, 'extends = "nominal"\n' + law)))
+    drives, currents = setup.plant.drives, [k * np.array([[3.0, 2, 4, 7, 5, 9], [4, 5, 1, 2, 7, 2]]) for k in (2, 3, 5)]
+    rms = 3.0 * np.sqrt([12.5, 14.5, 8.5, 26.5, 37.0, 42.5])
+    np.testing.assert_allclose(
+        setup.gain_under(currents), drives.gain * (1.0 - 0.07 * rms / drives.current_limit), rtol=1e-12
+    )
+
+
+@pytest.mark.usefixtures("_undiagnosed")
+def test_a_run_is_judged_by_the_gain_at_its_own_currents(tmp_path):
+    path = quick_scenario(tmp_path, "[plant.errors]\ntorque_constant_falls = 0.3\n", lasts=BRIEF)
+    found = run(setup_of(load_scenario(str(path))), 3)
+    assert [gain.true for gain in found.verdict.gains] == found.truth.gain.tolist()
+    assert (found.truth.gain < 0.99 * found.setup.true_gain).all()
 
 
 def test_a_user_s_file_overlays_a_built_in_one(tmp_path):

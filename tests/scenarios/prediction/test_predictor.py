@@ -66,6 +66,7 @@ ERRORS = "plant.errors."
 EFFECTS = {
     "load_friction": ({f"{ERRORS}load_friction": 0.03}, 0.05),
     "coulomb_drift": ({f"{ERRORS}coulomb_drift": -0.06}, 0.05),
+    "gain_laws": ({f"{ERRORS}torque_constant_bends": 0.06, f"{ERRORS}gain_drift": -0.004}, 0.05),
     "frames": ({f"{ERRORS}d3_error": 0.004, f"{ERRORS}r4_error": -0.006}, 0.05),
     "tilt": ({f"{ERRORS}base_tilt_x": 0.011, f"{ERRORS}base_tilt_y": -0.007}, 0.2),
     "elasticity": ({f"{ERRORS}joint_compliance": COMPLIANCE}, 0.25),

@@ -155,8 +155,13 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     share = np.divide(np.einsum("jk,jk->k", rate, usual), size, out=np.ones(len(size)), where=size > 0.0)
     off, periods = np.abs(share - 1.0), interval / found.usual
     whole = np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # a late stamp makes a long interval
+    whole[:APART] = whole[len(whole) - APART :] = False  # a motion that begins or ends has no steps on both sides
     sure = np.flatnonzero((off * np.sqrt(size) > SURE) & (off > OFF) & whole)
+    # beside the two steps next to it, too: a joint that sags for some samples has a smooth peak of speed
+    adjacent = 0.5 * (rate[:, sure - 1] + rate[:, sure + 1])
     rate, usual = rate[:, sure], usual[:, sure]
+    sharp = np.abs(np.sum((rate - adjacent) * adjacent, axis=0)) > OFF * np.sum(adjacent**2, axis=0)
+    sure, rate, usual = sure[sharp], rate[:, sharp], usual[:, sharp]
     moving = np.abs(usual) > SHOWS
     own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
     alike = moving & (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share[sure] > 1.0))

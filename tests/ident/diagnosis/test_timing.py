@@ -142,6 +142,16 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log, lost
         assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
 
 
+def test_an_arm_that_sags_when_it_is_switched_on_has_lost_nothing_however_slowly_it_is_logged(ur_log):
+    for samples in (3.0, 4.5, 7.0):  # of the peak of speed; all joints alike
+        for begins in (-0.4, 2.3, 900.0):
+            row = np.arange(len(ur_log.t)) - begins
+            bump = np.exp(-0.5 * (row / (0.42 * samples)) ** 2)
+            q = ur_log.q[0] + np.outer(np.cumsum(bump), [3e-3, -7e-4, 2e-3, 5e-4, -4e-3, 9e-4])
+            odd = timestamp_anomalies(replace(ur_log, q=q + 2e-6 * np.sin(7.0 * ur_log.q / 1e-3)))
+            assert len(odd.long) == 0
+
+
 @pytest.mark.parametrize("honest", [False, True])
 def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, honest):
     late = np.clip(rng.normal(0.0, 0.04 if honest else 0.13, len(ur_log.t)), -0.3, 0.3)

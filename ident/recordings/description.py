@@ -100,6 +100,7 @@ LAST_LINE = 100_000
 _RANGE = re.compile(r"\{(\d{1,4})\.\.(\d{1,4})\}")
 _WORD = re.compile(r"([tqv])=(.*?)(?:\[([^\[\]]*[^\d\[\]][^\[\]]*)\])?", re.DOTALL)
 """A word of a command line; brackets with a number belong to the name of a column."""
+_HZ = re.compile(r"([0-9]+(?:\.[0-9]+)?) *Hz")
 
 
 def _is_text(value: object) -> bool:
@@ -125,6 +126,7 @@ def _is_encoding(value: object) -> bool:
 
 NUMBERS = "a number, or an array of numbers, one per joint"
 NOT_ZERO = Key(f"{NUMBERS}, not 0", lambda value: _is_number(value) and value != 0, many=True)
+RATE = Key("a sampling rate [Hz], above 0", lambda value: _is_number(value) and cast("float", value) > 0.0)
 TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
 SIGNS = Key("1 or -1, or an array of them", lambda value: is_number(value) and value in (1, -1), many=True)
 LINE = Key(
@@ -200,6 +202,7 @@ class LogDescription:
         layout: A name of `LAYOUTS`; recognised by the columns if not declared.
         joints: Names of the joints, base to flange, if the log has joints by name.
         only: Columns and the values that select rows.
+        rate_hz: Sampling rate of a log without times; None for one with times.
     """
 
     signal: Annotated[str | None, one_of(MEANINGS)] = None
@@ -210,6 +213,7 @@ class LogDescription:
         tuple[tuple[str, float], ...],
         Key("a table of columns and the number that selects rows, such as { episode_index = 3 }", _is_selection),
     ] = ()
+    rate_hz: Annotated[float | None, RATE] = None
     t: Channels = NOTHING
     q: Channels = NOTHING
     v: Channels = NOTHING
@@ -228,7 +232,7 @@ class LogDescription:
 
 
 PARTS = {
-    "t": {"column": TEXTS, "unit": TEXTS},
+    "t": {"column": TEXTS, "unit": TEXTS, "rate_hz": RATE},
     "q": keys_of(Channels, without=("constant",)),
     "v": keys_of(Channels, without=("counts_per_turn", "zero")),
     "file": keys_of(TextLayout),
@@ -240,7 +244,9 @@ def read_description(path: str | Path) -> LogDescription:
     """Read the description of a log; raises `RecordingError` if the file cannot be read or is not valid."""
     place, table = one_line(path), read_toml(Path(path), error=RecordingError)
     parts = {part: Key(f"a table of {', '.join(keys)}", is_table) for part, keys in PARTS.items()}
-    found = strict_table(table, keys_of(LogDescription, without=("t", "q", "v", "text")) | parts, RecordingError, place)
+    found = strict_table(
+        table, keys_of(LogDescription, without=("t", "q", "v", "text", "rate_hz")) | parts, RecordingError, place
+    )
     for part, keys in PARTS.items():
         within = f"{place}: [{part}]"
         values = strict_table(found.pop(part, {}), keys, RecordingError, within)
@@ -252,6 +258,8 @@ def read_description(path: str | Path) -> LogDescription:
                 raise RecordingError(f"{within}: rows = {rows}: expected a line after that of the header, {header}")
             found["text"] = TextLayout(**values)
         else:
+            if "rate_hz" in values:
+                found["rate_hz"] = float(values.pop("rate_hz"))
             names = values.pop("column", ()) or values.pop("columns", ())
             columns = tuple(name for word in names for name in spread(word, within))
             found[part] = Channels(columns=columns, **values)
@@ -276,16 +284,19 @@ def described(words: Sequence[str]) -> LogDescription:
     Each is `t=`, `q=` or `v=` with names, separated by commas, and a unit in brackets, which may be left out; brackets
     with a number belong to the name of a column.
     """
-    parts = dict.fromkeys("tqv", NOTHING)
+    parts, rate = dict.fromkeys("tqv", NOTHING), None
     for word in words:
         found = _WORD.fullmatch(word)
         if found is None or not (found[2] or found[3]):
             raise RecordingError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
         kind, given, unit = found.groups()
+        if kind == "t" and not given and (hz := _HZ.fullmatch(unit)) and float(hz[1]) > 0.0:
+            rate = float(hz[1])
+            continue
         if parts[kind] != NOTHING:
             raise RecordingError(f"--columns: {kind}= is given twice")
         names = [name for each in given.split(",") for name in spread(each.strip(), "--columns")] if given else []
         if not all(names):
             raise RecordingError(f"--columns: {kind}={shown(given)} lacks a name")
         parts[kind] = Channels(columns=tuple(names), unit=(unit,) if unit else ())
-    return LogDescription(t=parts["t"], q=parts["q"], v=parts["v"])
+    return LogDescription(rate_hz=rate, t=parts["t"], q=parts["q"], v=parts["v"])

@@ -7,16 +7,16 @@ check     a `Recording`, its clock, jumps and spikes              `checks`
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
-from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, LogDescription
-from ident.recordings.formats import LogFormat
-from ident.recordings.formats.arrays import ARRAYS, PARQUET, arrow_array
+from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
+from ident.recordings.formats import SAMPLE, LogFormat, with_times
+from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array
 from ident.recordings.formats.csv import CSV
 from ident.recordings.formats.lerobot import LEROBOT
 from ident.recordings.formats.ros import ROS
@@ -29,6 +29,9 @@ from ident.support.naming import one_line, shown
 LOGS: dict[str, LogFormat] = {
     "parquet": PARQUET,
     "numpy": ARRAYS,
+    "hdf5": HDF5,
+    "matlab": MATLAB,
+    "json-lines": JSON_LINES,
     "ros": ROS,
     "lerobot": LEROBOT,
     "csv": CSV,
@@ -102,6 +105,8 @@ def read_log(
     """
     path, given = Path(path), description or LogDescription()
     place, table = one_line(path), format_of(path).open(path, given)
+    if given.rate_hz is not None:
+        table, given = with_times(table, given.rate_hz), replace(given, t=Channels(columns=(SAMPLE,), unit=("s",)))
     meant, layout = resolved(place, table, given)
     columns = table.load(meant.names, meant.dated)
     kept = np.ones(len(columns[meant.t.columns[0]]), dtype=np.bool_)
@@ -123,7 +128,7 @@ def read_log(
         sign * (meaning.units[unit] if meaning else 1.0) / constant * columns[name][kept]
         for name, unit, _, sign, _, constant in meant.v.each
     ]
-    t = columns[meant.t.columns[0]][kept] * TIME[meant.t.unit[0]]
+    t = np.sum([columns[name][kept] * TIME[unit] for name, unit, *_ in meant.t.each], axis=0)
     recording = Recording(t, np.column_stack(q), np.column_stack(v), place)
     if check is not None:
         check(recording, t_unit=meant.t.unit[0])
@@ -134,7 +139,7 @@ def read_log(
     elif meaning:
         note = meaning.note
     taken = FIXED[layout][1] if layout in FIXED and not given.v.columns else ""
-    notes = tuple(filter(None, (taken, note)))
+    notes = tuple(filter(None, (taken, note, *table.notes)))
     return Log(recording=recording, description=meant, layout=layout, signal=signal, v=words, notes=notes)
 
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 from ident.recordings.description import (
     FIXED,
+    ISO,
     JOINT_STATES,
     LAYOUTS,
     LEROBOT,
@@ -79,7 +80,8 @@ def resolved(place: str, table: Table, given: LogDescription) -> tuple[LogDescri
         channels: Channels = getattr(meant, kind)
         if not channels.columns or not (channels.unit or (kind == "v" and as_logged)):
             lacks = f"the unit of {what} is not declared" if channels.columns else f"no column is declared for {what}"
-            missing.append(f"{lacks}: {kind}=NAME..[unit] of --columns, or [{kind}] of a log description")
+            rate = ", t=[RATE Hz] without times" if kind == "t" else ""
+            missing.append(f"{lacks}: {kind}=NAME..[unit] of --columns{rate}, or [{kind}] of a log description")
     if meant.signal is None and meant.v.columns and not as_logged:
         missing.append(
             f"the quantity in {listed(meant.v.columns, 3)} is not declared; state it with --signal or in a log "
@@ -184,7 +186,9 @@ def _checked(place: str, meant: LogDescription) -> LogDescription:
         f"constants are given for v, but v is not a {TORQUE_FROM_CURRENT}": (
             not computed and meant.v.constant is not None
         ),
-        f"time is one column, not {len(t)}": len(t) != 1,
+        f'{len(t)} columns of time are added, each with its own unit: unit = ["s", "ns"] in [t] of a log description': (
+            len(t) > 1 and (len(meant.t.unit) != len(t) or ISO in meant.t.unit)
+        ),
         f"{len(q)} columns of positions ({listed(q, 3)}), {len(v)} of currents ({listed(v, 3)}); a joint has one of "
         "each": len(q) != len(v),
         f"column {shown(doubled)} is declared twice": doubled,

@@ -189,6 +189,8 @@ def _check(recording: Recording) -> None:
             advice = f"; {len(back)} rows repeat earlier rows: drop the duplicates"
         elif (t[back + 1] == t[back]).all() and len(back) > 1:
             advice = f"; {len(back)} rows repeat the time of the row before, write t with more digits"
+            if (t == np.rint(t)).all():
+                advice += ', or add the column of fractions: column = ["sec", "nanosec"], unit = ["s", "ns"] in [t]'
         raise RecordingError(
             f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}"
         )

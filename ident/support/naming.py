@@ -14,6 +14,7 @@ EXTRAS: dict[str, tuple[str, str]] = {
     "filelock": ("study", "studies"),
     "matplotlib": ("study", "figures"),
     "pandas": ("study", "studies"),
+    "h5py": ("hdf5", "HDF5 files, and MATLAB's of version 7.3"),
     "rosbags": ("ros", "ROS 2 bags and MCAP files"),
     "imageio": ("film", "MP4"),
     "imageio_ffmpeg": ("film", "MP4"),

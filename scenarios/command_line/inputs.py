@@ -213,7 +213,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     if options.constant is not None:
         words = replace(words, v=replace(words.v, constant=options.constant))
     given = {"signal": options.signal, "layout": options.layout, "topic": options.topic, "joints": options.joints}
-    given |= {kind: getattr(words, kind) for kind in "tqv"}
+    given |= {name: getattr(words, name) for name in ("rate_hz", *"tqv")}
     given["only"] = () if options.episode is None else ((EPISODE, float(options.episode)),)
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:

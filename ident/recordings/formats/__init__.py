@@ -6,7 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence, Set
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
@@ -50,6 +50,7 @@ class Table:
         positions: Columns of the positions in this layout.
         currents: Columns of the currents, by kind: the pattern of their names, in which `{joint}` stands for a joint.
         joints: Joints in the order of the file; None if that order has no meaning.
+        notes: Remarks on what has been loaded.
     """
 
     names: Sequence[str]
@@ -59,6 +60,7 @@ class Table:
     positions: Entries = field(default_factory=dict[str, tuple[str, str]])
     currents: Mapping[str, Entries] = field(default_factory=dict[str, Entries])
     joints: tuple[str, ...] | None = None
+    notes: list[str] = field(default_factory=list[str])
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +124,56 @@ def table_of(
         return columns
 
     return Table(list(places), load)
+
+
+SAMPLE = "number of the sample"
+"""Column of the time of a log without times."""
+
+
+def with_times(table: Table, rate_hz: float) -> Table:
+    """Return a table with times from its declared sampling rate, in the column `SAMPLE` [s]."""
+
+    def load(names: Sequence[str], dated: Set[str]) -> Columns:
+        found = table.load([name for name in names if name != SAMPLE], dated)
+        return {SAMPLE: np.arange(len(next(iter(found.values())))) / rate_hz, **found}
+
+    return replace(table, names=[SAMPLE, *table.names], load=load)
+
+
+def merged(place: str, columns: Columns, times: Columns, time: str, remarks: list[str]) -> Columns:
+    """Bring channels with times of their own, or with values in some rows alone, to the samples of the first channel.
+
+    Between two samples a channel is interpolated. A sample between two of a channel that are further apart than twice
+    its usual interval is left out, so that a gap of one channel is a gap of the log.
+
+    Args:
+        place: Name of the file for messages.
+        columns: Time and channels, NaN in rows without a value, each of shape (N,).
+        times: Times of each of them.
+        time: Name of the column of time.
+        remarks: Receives a remark on what was done.
+    """
+    channels = {name: x for name, x in columns.items() if name != time}
+    t, kept, found = np.empty(0), np.empty(0, np.bool_), dict[str, Array]()
+    for name, x in channels.items():
+        here = np.isfinite(x) & np.isfinite(times[name])
+        own, values = times[name][here], x[here]
+        back = np.flatnonzero(np.diff(own) <= 0.0)
+        if len(own) < 2 or len(back):
+            where = (
+                f"its time does not increase after {own[back[0]]:.9g}" if len(back) else "it has fewer than two values"
+            )
+            raise RecordingError(f"{place}: column {one_line(name)}: {where}")
+        if not found:
+            t, kept = own, np.ones(len(own), dtype=np.bool_)
+        after = np.clip(np.searchsorted(own, t), 1, len(own) - 1)
+        gap = np.where((t < own[0]) | (t > own[-1]), np.inf, own[after] - own[after - 1])
+        kept &= (gap <= 2.0 * float(np.median(np.diff(own)))) | (t == own[after]) | (t == own[after - 1])
+        found[name] = np.interp(t, own, values)
+    remarks.append(
+        f"channels have samples at different times: interpolated at those of {one_line(next(iter(channels)))}"
+    )
+    return {name: x[kept] for name, x in {time: t, **found}.items()}
 
 
 def check_kind(place: str, name: str, kind: object, *, dates: bool, numbers: bool, dated: bool) -> None:

@@ -1,9 +1,13 @@
-"""Logs as arrays: Parquet files, NumPy's archives (`.npz`), one array (`.npy`) of rows or of named fields.
+"""Logs as arrays: Parquet, NumPy's archives (`.npz`) and arrays (`.npy`), HDF5, MATLAB's `.mat`, JSON lines.
+
+Arrays in groups of HDF5, structures of MATLAB and objects of JSON have the names of these before a dot: `state.q`.
 
 A column of arrays of one length gives one column per number of a row: `name[0]`, `name[1]`, .., but `q1`, .. and `v1`,
 .. of NumPy's arrays `q` and `v`; 1, 2, .. of an array alone.
 """
 
+import importlib.util
+import math
 from collections.abc import Callable, Mapping, Sequence, Set
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,13 +19,15 @@ from ident.recordings.formats import MOST_COLUMNS, LogFormat, Table, check_kind,
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.files import check_file
-from ident.support.naming import one_line
+from ident.support.naming import needed_extra, one_line
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 LARGEST = 4_000_000_000
 """Largest size of a file [bytes]; of Parquet, only requested columns are read."""
+LARGEST_JSON = 1_000_000_000
+"""Largest size of a text in JSON [bytes]; it is read whole."""
 
 
 def open_arrays(path: Path, _: LogDescription) -> Table:
@@ -34,11 +40,70 @@ def open_arrays(path: Path, _: LogDescription) -> Table:
             arrays = {"": loaded}
         else:
             with loaded:
-                size = 0 if loaded.zip is None else sum(each.file_size for each in loaded.zip.infolist())
-                if size > LARGEST:
-                    raise RecordingError(f"{place}: {size / 1e6:.4g} MB unpacked; take a part of it")
+                check_size(
+                    place, 0 if loaded.zip is None else sum(each.file_size for each in loaded.zip.infolist()) // 8
+                )
                 arrays = {name: loaded[name] for name in loaded.files}
     return array_table(place, arrays)
+
+
+def open_hdf5(path: Path, _: LogDescription, *, matlab: bool = False) -> Table:
+    """Read the arrays of numbers of an HDF5 file; those of MATLAB (`-v7.3`) are stored with rows as columns."""
+    place = one_line(path)
+    check_file(path, most_bytes=LARGEST, error=RecordingError)
+    if importlib.util.find_spec("h5py") is None:
+        raise RecordingError(f"{place}: {needed_extra('h5py')}")
+    import h5py
+
+    arrays = dict[str, np.ndarray]()
+    with readable(place, "a readable HDF5 file"), h5py.File(path, "r") as file:
+
+        def keep(name: str, found: "h5py.Dataset | h5py.Group") -> None:
+            if isinstance(found, h5py.Dataset) and found.dtype.kind in "iufV" and found.ndim in (1, 2):
+                check_size(place, sum(each.size for each in arrays.values()) + math.prod(found.shape))
+                arrays[name.replace("/", ".")] = np.squeeze(found[()].T) if matlab else found[()]
+
+        file.visititems(keep)
+    return array_table(place, arrays)
+
+
+def open_matlab(path: Path, description: LogDescription) -> Table:
+    """Read the arrays of a MATLAB file, of any version; a row or a column is one channel."""
+    place = one_line(path)
+    check_file(path, most_bytes=LARGEST, error=RecordingError)
+    with path.open("rb") as file:
+        if b"MATLAB 7.3" in file.read(128):
+            return open_hdf5(path, description, matlab=True)
+    from scipy.io import loadmat, whosmat
+
+    with readable(place, "a readable MATLAB file", NotImplementedError):
+        check_size(place, sum(math.prod(shape) for _, shape, _ in whosmat(path)))
+        found, arrays = loadmat(path, simplify_cells=True), dict[str, np.ndarray]()
+    structures = [("", found)]
+    for within, structure in structures:  # grows
+        for name, x in structure.items():
+            if isinstance(x, dict):
+                structures.append((f"{within}{name}.", x))
+            elif isinstance(x, np.ndarray) and x.dtype.kind in "iuf":
+                arrays[f"{within}{name}"] = x
+    return array_table(place, arrays)
+
+
+def open_json_lines(path: Path, _: LogDescription) -> Table:
+    """Read a file with one JSON object per line and sample."""
+    import pyarrow.json as pj
+
+    place = one_line(path)
+    check_file(path, most_bytes=LARGEST_JSON, error=RecordingError)
+    with readable(place, "JSON lines, an object with the same keys per line"):
+        table: pa.Table = pj.read_json(path)
+        while any(map(_is_struct, table.schema.types)):
+            table = table.flatten()
+
+    def read(names: Sequence[str]) -> "pa.Table":
+        return table.select(list(names))
+
+    return arrow_table(place, table.schema, table[:1], read)
 
 
 def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
@@ -108,6 +173,12 @@ def arrow_table(
     return table_of(place, widths, arrays)
 
 
+def _is_struct(kind: object) -> bool:
+    import pyarrow as pa
+
+    return isinstance(kind, pa.StructType)
+
+
 def _is_list(kind: object) -> bool:
     import pyarrow as pa
 
@@ -159,3 +230,6 @@ def arrow_array(x: Array | Indices) -> "pa.Array":
 
 ARRAYS = LogFormat((".npz", ".npy"), open_arrays)
 PARQUET = LogFormat((".parquet", ".pq"), open_parquet)
+HDF5 = LogFormat((".h5", ".hdf5", ".hdf"), open_hdf5)
+MATLAB = LogFormat((".mat",), open_matlab)
+JSON_LINES = LogFormat((".jsonl", ".ndjson"), open_json_lines)

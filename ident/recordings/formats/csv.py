@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, readable
+from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, merged, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
@@ -33,8 +33,8 @@ MARKS = {
     b"\xef\xbb\xbf": "utf-8",
 }
 """Byte order marks; spreadsheets write them."""
-BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file", b"MATLAB 5.0 MAT-file": "a MATLAB file"}
-"""First bytes of formats that are not read; newer MATLAB files are HDF5 behind a text."""
+BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat"}
+"""First bytes of formats that are known by the ending of the name."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _WORDS = re.compile("[a-df-mo-zA-DF-MO-Z]")
@@ -62,8 +62,19 @@ def open_csv(path: Path, description: LogDescription) -> Table:
     quoted = len(cells) == len(header) and any(map(_QUOTED.fullmatch, cells))
     decimal = stated.decimal or ("," if quoted or (separator != "," and "," in first) else ".")
 
+    time = description.t.columns[0] if len(description.t.columns) == 1 else "t"
+    clocks = [k for k, name in enumerate(header) if name == time]  # a scope has one for each channel
+    names_once = [name for k, name in enumerate(header) if name != time or k == clocks[0]]
+
     def load(names: Sequence[str], dated: Set[str]) -> Columns:
-        wanted = [(_date if name in dated else float, header.index(name)) for name in names]
+        places = {name: header.index(name) for name in names}
+        clock = (
+            {name: max((each for each in clocks if each <= k), default=clocks[0]) for name, k in places.items()}
+            if len(clocks) > 1
+            else {}
+        )
+        used = list(dict.fromkeys((*places.values(), *clock.values())))
+        wanted = [(_date if header[k] in dated else float, k) for k in used]
         values = array("d")
         for number, line in enumerate(lines[start:], start + 1):
             if "#" in line:
@@ -83,16 +94,22 @@ def open_csv(path: Path, description: LogDescription) -> Table:
             for read, k in wanted:
                 cell = cells[k].replace(",", ".", 1) if decimal == "," else cells[k]
                 try:
-                    values.append(read(cell.replace("_", "x")))  # a digit separator of Python, not of logs
+                    values.append(read(cell.replace("_", "x")) if cell else np.nan)  # _: digits in Python alone
                 except ValueError:
                     dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                     raise RecordingError(
                         f"{place}: line {number}, column {header[k]}: {shown(cells[k])} is not "
                         f"{dates if read is _date else 'a number'}"
                     ) from None
-        return dict(zip(names, np.ascontiguousarray(np.reshape(values, (-1, len(names))).T), strict=True))
+        found = dict(zip(used, np.ascontiguousarray(np.reshape(values, (-1, len(used))).T), strict=True))
+        columns = {name: found[k] for name, k in places.items()}
+        if time in columns and (clock or any(np.isnan(x).any() for x in columns.values())):
+            times = {name: found[clock[name]] if clock else columns[time] for name in names}
+            return merged(place, columns, times, time, remarks)
+        return columns
 
-    return Table(header, load)
+    remarks = list[str]()
+    return Table(names_once, load, notes=remarks)
 
 
 def _date(cell: str) -> float:
@@ -169,7 +186,7 @@ def _lines(path: Path, encoding: str | None) -> list[str]:
             raise RecordingError(f"{place}: more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
     kind = next((name for start, name in BINARY.items() if content.startswith(start)), None)
     if kind is not None:
-        raise RecordingError(f"{place}: {kind}, which is not read; export the log as CSV or Parquet")
+        raise RecordingError(f"{place}: {kind}")
     marked = next((name for mark, name in MARKS.items() if content.startswith(mark)), None)
     if encoding is None and marked is None and _CONTROL.search(content[:100_000]):
         hint = "is it UTF-16? save it as UTF-8" if 2 * content[:100].count(0) >= len(content[:100]) - 1 else ""

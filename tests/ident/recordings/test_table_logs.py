@@ -156,8 +156,8 @@ def test_a_transposed_array_is_refused_but_not_one_of_many_rows(tmp_path):
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "log.npz"
     np.savez_compressed(path, t=T, q=Q, v=V, zeros=np.zeros(100_000))
-    monkeypatch.setattr("ident.recordings.formats.arrays.LARGEST", 700_000)
-    with pytest.raises(RecordingError, match=r"log\.npz: 0\.8.* MB unpacked; take a part of it"):
+    monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 90_000)
+    with pytest.raises(RecordingError, match=r"log\.npz: 100.* numbers; up to 90000 are read"):
         read_recording(path)
-    monkeypatch.setattr("ident.recordings.formats.arrays.LARGEST", 900_000)
+    monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 101_000)
     assert_exact(path)

@@ -65,7 +65,7 @@ def test_a_text_log_keeps_every_digit_whatever_its_layout(tmp_path):
 FAULTS = {
     "t,q1,v1\n0,1,2\n0.1,abc,3\n": "line 3, column q1: 'abc' is not a number",
     "t,q1,v1\n0,1,2\n0.1,1_5,3\n": "line 3, column q1: '1_5' is not a number",
-    "t,q1,v1\n0,1,2\n0.1,,3\n": "line 3, column q1: '' is not a number",
+    "t,q1,v1\n0,1,2\n0.1,,3\n": "column q1: it has fewer than two values",
     "t,q1,v1\n0,1,2\n0.1,1.5\n": "line 3 has 2 cells, but the header names 3$",
     "t,q1,v1\n0,1,2\n0.1,1.5,2,7\n": "line 3 has 4 cells, but the header names 3; separate columns with ;",
     "t;q1;v1\n0,5;1;2\n1.000,5;2;3\n": r"line 3, column t: '1\.000,5' is not a number",
@@ -194,8 +194,8 @@ def test_what_is_no_text_or_no_gzip_is_named(tmp_path):
         gzip.compress(text[:300]) + zlib.compress(text[300:]): "not a readable gzip file",
         gzip.compress(text)[:-30]: "not a readable gzip file",
         bytes(range(256)): "not a text file; expected CSV",
-        b"\x89HDF\r\n\x1a\n" + bytes(90): "an HDF5 file, which is not read; export",
-        b"MATLAB 5.0 MAT-file" + bytes(109): "a MATLAB file, which is not read; export",
+        b"\x89HDF\r\n\x1a\n" + bytes(90): "an HDF5 file; name it .h5",
+        b"MATLAB 5.0 MAT-file" + bytes(109): "a MATLAB file; name it .mat",
         text.decode().encode("utf-16-le"): r"not a text file; is it UTF-16\?",
     }
     for content, message in contents.items():

@@ -101,7 +101,7 @@ def horizon(logs: Logs) -> Diagnosed:
 def _horizon(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
     sizes = undetected_sizes(seen)
     return Diagnosed(
-        excluded=(*exclusions(seen, sizes), *(() if base is None else centres_excluded(base))),
+        excluded=(*exclusions(seen, sizes, base), *(() if base is None else centres_excluded(base))),
         undetectable=tuple(undetectable(seen, sizes, base)),
         undetectable_together=tuple(undetectable_together(seen, sizes)),
     )

@@ -93,19 +93,21 @@ def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Alternative]:
     return [each for each in seen.directions if (each.family, len(each.joints), len(each.logs)) == kind]
 
 
-def exclusions(seen: Survey, sizes: Sizes) -> Iterator[Exclusion]:
-    """Return what the logs exclude, one sentence per family.
+def exclusions(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) -> Iterator[Exclusion]:
+    """Return what the logs exclude, one sentence per family, with what its unit does to the gains.
 
     Args:
         seen: Comparison with all alternatives.
         sizes: Its `undetected_sizes`.
+        base: The estimate, for the effect on the gains, or None.
     """
     for name, limit in LIMITS:
         for unit in dict.fromkeys(unit for _, unit in sizes[limit]):
             same = {joints: _rounded(size) for (joints, at), size in sizes[limit].items() if at == unit}
             named = [f"{size:g}{''.join(f' ({limit.column}{j + 1})' for j in joints)}" for joints, size in same.items()]
+            own = [each for each in _of_limit(seen, name, limit) if each.joints in same and (each.unit or "%") == unit]
             yield Exclusion(
-                family=name, sentence=f"{limit.words} beyond {', '.join(named)} {unit}",
+                family=name, sentence=f"{limit.words} beyond {', '.join(named)} {unit}{_matters(base, own, unit)}",
                 joints=tuple(j for joints in same for j in joints), limit=max(same.values()), unit=unit,
             )  # fmt: skip
     words = {name: sentence for family in FAMILIES for name, sentence in family.excluded.items()}
@@ -157,12 +159,8 @@ def undetectable(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None
     for name, limit in sorted(LIMITS, key=lambda own: (own[0], not own[1].column)):
         own = [each for each in _of_limit(seen, name, limit) if (each.joints, "%") not in sizes[limit]]
         if own and limit.undetectable:
-            moved = 0.0
-            if base is not None:
-                moved = _largest_effect(base, [0.01 * base.stacked(each.columns)[:, 0] for each in own])
-            matters = f" (1 % changes a gain by {moved:.2g} %)" if moved else ""
             joints = sorted({j for each in own for j in each.joints})
-            yield f"{limit.undetectable.format(joints=_numbers(joints))}{matters}"
+            yield f"{limit.undetectable.format(joints=_numbers(joints))}{_matters(base, own, '%')}"
 
 
 def undetectable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
@@ -177,6 +175,18 @@ def undetectable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
 def _largest_effect(base: HeldOutEstimate, currents: Sequence[Array]) -> float:
     """Largest change of a gain [%] by any of some currents."""
     return max((abs(effect.percent) for each in currents for effect in base.effects(each)), default=0.0)
+
+
+def _matters(base: HeldOutEstimate | None, own: Sequence[Alternative], unit: str) -> str:
+    """The largest change of a gain by one unit of a small fault, in words; empty without an estimate or a change."""
+    if base is None:
+        return ""
+    moved = _largest_effect(
+        base, [base.stacked(each.columns)[:, 0] / (each.scale if each.unit else 100.0) for each in own]
+    )
+    return (
+        f" (1 {unit.removesuffix('s') if unit == 'degrees' else unit} changes a gain by {moved:.2g} %)" if moved else ""
+    )
 
 
 def _of_every_log(seen: Survey) -> list[Alternative]:

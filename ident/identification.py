@@ -116,12 +116,13 @@ def identify(
     raise_for(prepared, Diagnosed())
     if not gives_a_gain(options):
         check_payloads(prepared.motions)
+    estimate = None
     try:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:  # a fault of the logs is reported as the cause
         check_payloads(prepared.motions)
-        raise_for(prepared, diagnose(prepared.logs()) if policy.checked else Diagnosed())
+        raise_for(prepared, diagnose(prepared.logs(), estimate, estimate_of) if policy.checked else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:
             raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from error

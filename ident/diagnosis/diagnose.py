@@ -14,14 +14,15 @@ from ident.diagnosis.estimate_evidence import (
     HeldOutEstimate,
     between,
     consequence,
+    from_mass_alone,
     lacks_of,
     severity_of,
     stated,
 )
-from ident.diagnosis.evidence import log_density_improvement
+from ident.diagnosis.evidence import Evidence, log_density_improvement
 from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
-from ident.diagnosis.hypothesis import Logs, scored_as
+from ident.diagnosis.hypothesis import Logs, read_as, scored_as
 from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.limits import (
     bounds,
@@ -32,7 +33,21 @@ from ident.diagnosis.limits import (
     undetected_sizes,
 )
 from ident.diagnosis.models import Reference, reference
-from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, compared, directions, faults, survey
+from ident.diagnosis.search import (
+    LOOKED_AT,
+    SETTLED,
+    SHOWN,
+    WORTH,
+    Exact,
+    Fault,
+    FirstOrder,
+    Survey,
+    added,
+    compared,
+    directions,
+    faults,
+    survey,
+)
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.intervals import max_of_classical_and_jackknife
@@ -40,6 +55,8 @@ from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
 DELAY = "delay"
+STEPS = 6
+"""Largest number of estimates that refine the size of a fault that only gains reveal."""
 LINEAR = 1e-6
 """Relative part of the influence outside the column space; larger for instruments and total least squares than for
 least squares."""
@@ -58,6 +75,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     known = None if estimate is None else _Known(estimate, base, reestimate)
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     of_logs = [each for each in found if isinstance(each.best, Exact)]
+    if known is not None and not of_logs:
+        of_logs = [Fault(seen, each, ()) for each in known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
         negated = compared(logs, scaled(logs, (log,), (joint,), -1.0))
@@ -188,6 +207,58 @@ class _Known:
             return True
         read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
         return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
+
+    def beyond_first_order(self, seen: Survey) -> Iterator[Exact]:
+        """Yield the most likely fault of the logs that is too large for the first order, and that only gains reveal.
+
+        An example is the scale of one log, which the friction of an arm with few joints imitates if its payload is
+        unknown. It must predict better than any small fault or term, and than a payload of known mass alone.
+        """
+        base, reestimate = self.base, self.reestimate
+        if base is None or reestimate is None:
+            return
+        choices = [*seen.directions, *base.payload_errors]
+        small = added(choices, base.each_added(choices, WORTH))
+        far = [each for each in small if each.alternative.at_fault and not each.alternative.term and not each.within]
+        likely = sorted((each for each in far if each.z > SHOWN - 1.0), key=lambda each: -each.gain)[:LOOKED_AT]
+        found = [exact for each in likely if (exact := self._refined(seen.logs, each)) is not None]
+        best = max(found, key=lambda each: each.gain, default=None)
+        if best is not None and best.z > SHOWN:
+            rivals = [each.u for each in small if each.within]
+            rivals += [] if (other := from_mass_alone(base, reestimate)) is None else [other[1]]
+            if all(float(np.sum(best.u - each)) > 0.0 for each in rivals):
+                yield best
+
+    def _refined(self, logs: Logs, start: FirstOrder) -> Exact | None:
+        """The estimate under a fault, with the size that fits best, by first-order steps of limited length."""
+        assert self.base is not None, "asked of what the estimate lacks"
+        limit = start.alternative.largest
+        best, now = None, start.alternative.at(np.clip(start.value, -limit, limit))
+        for _ in range(STEPS):
+            try:
+                found = Exact(now, np.empty(0), read=read_as(logs, now.hypothesis))
+            except IdentificationError:
+                break
+            other = self.of(found)
+            if other is None or not _linear(other):
+                break
+            beside = stated(found.read.problem, other)
+            score = scored_as(beside.by_joint, now.hypothesis)
+            found = replace(found, u=log_density_improvement(self.base.by_joint, score))
+            if best is not None and found.gain <= best.gain:
+                break
+            more = self._step(beside, found)
+            best = found if more is None else replace(found, spread=np.sqrt(np.diag(more.covariance)))
+            if more is None or now.refined is None or not (np.abs(more.value) > SETTLED * best.spread).any():
+                break
+            now = now.refined(np.clip(more.value, -limit, limit))
+        return best
+
+    def _step(self, base: HeldOutEstimate, found: Exact) -> Evidence | None:
+        """The next change of a fault's parameters by first order; None if it is not determined."""
+        same = directions(reference(found.read.problem), found.read)
+        own = [each for each in same if each.key == found.alternative.key]
+        return base.each_added(own[:1])[0] if own else None
 
     def harmless(self, found: FirstOrder) -> bool:
         """Whether a fault changes no gain noticeably, to first order, so that it is left to what the estimate lacks."""

@@ -335,17 +335,13 @@ def _of_payload(
     Returns:
         The diagnosis; None if nothing is left to explain, or something else explains it equally well.
     """
-    masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
     of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
-    if not masses or not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
+    if not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
         return None
-    motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
-    opened = replace(base.problem, motions=tuple(motions))
-    try:
-        other = reestimate(opened)
-    except IdentificationError:
+    found = from_mass_alone(base, reestimate)
+    if found is None:
         return None
-    u = log_density_improvement(base.by_joint, stated(opened, other).by_joint)
+    other, u = found
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
@@ -354,11 +350,26 @@ def _of_payload(
     ):  # its size is correct to first order
         diagnosis = diagnosis_of(first, names)
     else:
-        logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
+        logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
         diagnosis = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
     return replace(
         diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
     )
+
+
+def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEstimate, Array] | None:
+    """Return the estimate from the masses of payloads alone, and its improvement of the predictions, shape (blocks,).
+
+    None if no payload has more that is known, or if the estimate fails.
+    """
+    masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
+    motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
+    opened = replace(base.problem, motions=tuple(motions))
+    try:
+        other = reestimate(opened) if masses else None
+    except IdentificationError:
+        other = None
+    return None if other is None else (other, log_density_improvement(base.by_joint, stated(opened, other).by_joint))
 
 
 def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:

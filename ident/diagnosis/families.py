@@ -436,9 +436,37 @@ def units(logs: Logs) -> Iterator[Alternative]:
                 found = in_unit(logs, scope, which, factor, f"in {name}")
                 if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
                     yield found
+    yield from normalised(logs)
     beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
     if len(beyond) == 1 and arm.revolute[min(beyond)]:  # the ratios of several joints cannot be found separately
         yield from gears(logs, min(beyond))
+
+
+def normalised(logs: Logs) -> Iterator[Alternative]:
+    """Positions of all joints as per cent of each one's range, -100 to 100 or 0 to 100, as logged or from degrees."""
+    arm = logs.structure.arm
+    half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
+    if not np.isfinite(half).all() or (half <= 0.0).any():
+        return
+    for lowest, taken_for in product((-100, 0), ("degrees", "")):
+        percent = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
+        factor = half * percent * (0.01 if lowest else 0.02)
+        zero = middle if lowest else arm.lower
+        counts = ", ".join(f"{360.0 / (np.rad2deg(each) * (0.01 if lowest else 0.02)):.6g}" for each in half)
+        zeros = ", ".join(
+            f"{each * (100.0 / own if lowest else 50.0 / own):.4g}" for each, own in zip(zero, half, strict=True)
+        )
+        words = (
+            f"all positions are per cent of each joint's range, {lowest} to 100"
+            + f", taken for {taken_for}" * bool(taken_for)
+        )
+        found = Alternative(
+            family="unit", words=words, joints=(), logs=logs.every,
+            hypothesis=logs.given.changed(logs.every, q_factor=factor, zero=zero),
+            advice=f'state unit = "ticks", counts_per_turn = [{counts}], zero = [{zeros}] in [q] of a log description',
+        )  # fmt: skip
+        if all(within_limits(arm, log, how) for log, how in zip(logs.recordings, found.hypothesis.logs, strict=True)):
+            yield found
 
 
 def gears(logs: Logs, joint: int) -> Iterator[Alternative]:

@@ -445,9 +445,9 @@ def units(logs: Logs) -> Iterator[Alternative]:
 def normalised(logs: Logs) -> Iterator[Alternative]:
     """Positions of all joints as per cent of each one's range, -100 to 100 or 0 to 100, as logged or from degrees."""
     arm = logs.structure.arm
-    half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
-    if not np.isfinite(half).all() or (half <= 0.0).any():
+    if not np.isfinite(arm.upper - arm.lower).all() or (arm.upper <= arm.lower).any():
         return
+    half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
     for lowest, taken_for in product((-100, 0), ("degrees", "")):
         percent = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
         factor = half * percent * (0.01 if lowest else 0.02)

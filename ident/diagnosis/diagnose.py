@@ -19,7 +19,7 @@ from ident.diagnosis.estimate_evidence import (
     severity_of,
     stated,
 )
-from ident.diagnosis.evidence import Evidence, log_density_improvement
+from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Logs, read_as, scored_as
@@ -37,6 +37,7 @@ from ident.diagnosis.search import (
     LOOKED_AT,
     SETTLED,
     SHOWN,
+    TIE,
     WORTH,
     Exact,
     Fault,
@@ -76,7 +77,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     of_logs = [each for each in found if isinstance(each.best, Exact)]
     if known is not None and not of_logs:
-        of_logs = [Fault(seen, each, ()) for each in known.beyond_first_order(seen)]
+        of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
         negated = compared(logs, scaled(logs, (log,), (joint,), -1.0))
@@ -208,33 +209,45 @@ class _Known:
         read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
         return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
 
-    def beyond_first_order(self, seen: Survey) -> Iterator[Exact]:
+    def beyond_first_order(self, seen: Survey) -> Iterator[Fault]:
         """Yield the most likely fault of the logs that is too large for the first order, and that only gains reveal.
 
         An example is the scale of one log, which the friction of an arm with few joints imitates if its payload is
-        unknown. It must predict better than any small fault or term, and than a payload of known mass alone.
+        unknown. If the estimate lacks something, the best fault of each family that the logs alone do not bound is
+        refined. It must predict better than any fault or term to first order, and than a payload of known mass alone.
         """
         base, reestimate = self.base, self.reestimate
         if base is None or reestimate is None:
             return
         choices = [*seen.directions, *base.payload_errors]
-        small = added(choices, base.each_added(choices, WORTH))
-        far = [each for each in small if each.alternative.at_fault and not each.alternative.term and not each.within]
-        likely = sorted((each for each in far if each.z > SHOWN - 1.0), key=lambda each: -each.gain)[:LOOKED_AT]
-        found = [exact for each in likely if (exact := self._refined(seen.logs, each)) is not None]
+        small = sorted(added(choices, base.each_added(choices, WORTH)), key=lambda each: each.gain)
+        if not any(each.alternative.at_fault and each.z > SHOWN for each in small):
+            return
+        own = [each for each in small if each.alternative in seen.directions and each.alternative.at_fault]
+        own = [each for each in own if not each.alternative.term and each.alternative.parameters == 1]
+        unbounded = zip(own, bounds(seen.logs.model.fits, [each.alternative for each in own]), strict=True)
+        best_of = {each.alternative.family: each for each, size in unbounded if size is None}
+        likely = sorted(best_of.values(), key=lambda each: -each.gain)[:LOOKED_AT]
+        found = [exact for each in likely if (exact := self._far(seen.logs, each)) is not None]
         best = max(found, key=lambda each: each.gain, default=None)
         if best is not None and best.z > SHOWN:
-            rivals = [each.u for each in small if each.within]
+            within = [each for each in small if each.within]
+            rivals = [each.u for each in within]
             rivals += [] if (other := from_mass_alone(base, reestimate)) is None else [other[1]]
             if all(float(np.sum(best.u - each)) > 0.0 for each in rivals):
-                yield best
+                yield Fault(seen, best, tuple(each for each in within if z_of(best.u - each.u) < TIE))
 
-    def _refined(self, logs: Logs, start: FirstOrder) -> Exact | None:
-        """The estimate under a fault, with the size that fits best, by first-order steps of limited length."""
+    def _far(self, logs: Logs, start: FirstOrder) -> Exact | None:
+        """The estimate under a fault, with the size that fits best; None if the first order is valid for it.
+
+        The size is found by first-order steps of limited length, each from another estimate.
+        """
         assert self.base is not None, "asked of what the estimate lacks"
-        limit = start.alternative.largest
-        best, now = None, start.alternative.at(np.clip(start.value, -limit, limit))
+        limit, size = start.alternative.largest, np.zeros_like(start.value)
+        best, now, step = None, start.alternative, start.value
         for _ in range(STEPS):
+            step = np.clip(step, -limit, limit)
+            now = now.at(step)
             try:
                 found = Exact(now, np.empty(0), read=read_as(logs, now.hypothesis))
             except IdentificationError:
@@ -243,16 +256,17 @@ class _Known:
             if other is None or not _linear(other):
                 break
             beside = stated(found.read.problem, other)
-            score = scored_as(beside.by_joint, now.hypothesis)
-            found = replace(found, u=log_density_improvement(self.base.by_joint, score))
-            if best is not None and found.gain <= best.gain:
-                break
+            found = replace(
+                found, u=log_density_improvement(self.base.by_joint, scored_as(beside.by_joint, now.hypothesis))
+            )
             more = self._step(beside, found)
-            best = found if more is None else replace(found, spread=np.sqrt(np.diag(more.covariance)))
-            if more is None or now.refined is None or not (np.abs(more.value) > SETTLED * best.spread).any():
+            if more is None or (best is not None and found.gain <= best.gain):
                 break
-            now = now.refined(np.clip(more.value, -limit, limit))
-        return best
+            size += step
+            best, step = replace(found, spread=np.sqrt(np.diag(more.covariance))), more.value
+            if not (np.abs(step) > SETTLED * np.asarray(best.spread)).any():
+                break
+        return best if (np.abs(size) > limit).any() else None
 
     def _step(self, base: HeldOutEstimate, found: Exact) -> Evidence | None:
         """The next change of a fault's parameters by first order; None if it is not determined."""

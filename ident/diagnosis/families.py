@@ -448,21 +448,16 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
     if not np.isfinite(arm.upper - arm.lower).all() or (arm.upper <= arm.lower).any():
         return
     half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
-    for lowest, taken_for in product((-100, 0), ("degrees", "")):
-        percent = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
-        factor = half * percent * (0.01 if lowest else 0.02)
-        zero = middle if lowest else arm.lower
-        counts = ", ".join(f"{360.0 / (np.rad2deg(each) * (0.01 if lowest else 0.02)):.6g}" for each in half)
-        zeros = ", ".join(
-            f"{each * (100.0 / own if lowest else 50.0 / own):.4g}" for each, own in zip(zero, half, strict=True)
-        )
-        words = (
-            f"all positions are per cent of each joint's range, {lowest} to 100"
-            + f", taken for {taken_for}" * bool(taken_for)
-        )
+    for (lowest, share), taken_for in product(((-100, 0.01), (0, 0.02)), ("degrees", "")):
+        zero, unit = middle if lowest else arm.lower, share * half  # position at a logged 0, and of one per cent
+        logged = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
+        counts = ", ".join(f"{each:.6g}" for each in 2.0 * np.pi / unit)
+        zeros = ", ".join(f"{each:.4g}" for each in zero / unit)
+        words = f"all positions are per cent of each joint's range, {lowest} to 100"
+        words += f", taken for {taken_for}" if taken_for else ""
         found = Alternative(
             family="unit", words=words, joints=(), logs=logs.every,
-            hypothesis=logs.given.changed(logs.every, q_factor=factor, zero=zero),
+            hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
             advice=f'state unit = "ticks", counts_per_turn = [{counts}], zero = [{zeros}] in [q] of a log description',
         )  # fmt: skip
         if all(within_limits(arm, log, how) for log, how in zip(logs.recordings, found.hypothesis.logs, strict=True)):

@@ -1,11 +1,12 @@
 """Data that are not what they are said to be give no wrong gain: an arm of known gains, and its log corrupted."""
 
 import gc
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, logs_of
+from consistency_logs import LOOSE, changed, logs_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
 from real_friction import GAIN, Truth
 
@@ -18,7 +19,7 @@ from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion
-from ident.support.errors import NotIdentifiable, OptionError
+from ident.support.errors import Contradiction, NotIdentifiable, OptionError
 
 
 def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(axes):
@@ -56,6 +57,15 @@ def test_a_base_that_is_tilted_by_five_degrees_is_named(axes):
     # Upright is one of the bases that are tried; gravity there is 5 degrees off.
     assert "gravity points along (0, 0, -1)" in tilted.sentence or "tilted by 5" in tilted.sentence
     assert tilted.z > 4.0
+
+
+@pytest.mark.parametrize("scale", [1.4142, pytest.param(1.83, marks=pytest.mark.slow)])
+def test_a_scale_of_one_log_beyond_the_first_order_is_found_by_the_gains_and_refuses_them(axes, scale):
+    bare, loaded = logs_of(Truth(), seed=5)
+    with pytest.raises(Contradiction, match="all currents are scaled by 1") as caught:  # rms against peak
+        identify(axes, mounted(bare, changed(loaded, v=scale * loaded.v), BRICK), gains=LOOSE)
+    found = float(re.search(r"scaled by ([0-9.]+) in loaded alone", str(caught.value))[1])
+    assert abs(found / scale - 1.0) < 0.01  # the standard deviation is .3 %
 
 
 def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refused(axes):

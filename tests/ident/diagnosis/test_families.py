@@ -1,5 +1,7 @@
 """Alternatives: how they are read, how their size is refined, and columns of small ones."""
 
+import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +39,24 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(so
     found = next(each for each in families.units(replace(sound, recordings=wrong)) if each.words == words)
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=1e-12)
     assert not any(each.words == words for each in families.units(sound))
+
+
+@pytest.mark.parametrize(("lowest", "of_degrees"), [(-100, True), (-100, False), (0, True), (0, False)])
+def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(sound, lowest, of_degrees):
+    lower, upper = np.array([-2.3, -2.0, -2.9]), np.array([2.6, 1.9, 2.1])
+    right = [each.q for each in sound.recordings]
+    percent = [lowest + (100.0 - lowest) * (q - lower) / (upper - lower) for q in right]
+    wrong = tuple(
+        changed(each, q=np.deg2rad(x) if of_degrees else x) for each, x in zip(sound.recordings, percent, strict=True)
+    )
+    structure = replace(sound.structure, arm=replace(sound.structure.arm, lower=lower, upper=upper))
+    logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
+    words = f"all positions are per cent of each joint's range, {lowest} to 100" + ", taken for degrees" * of_degrees
+    (found,) = [each for each in families.units(logs) if each.words == words]
+    for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
+        np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
+    counts, zero = (np.array(json.loads(each)) for each in re.findall(r"(\[[-0-9., e]+\])", found.advice))
+    np.testing.assert_allclose(2.0 * np.pi / counts * (percent[1] + zero), right[1], rtol=1e-3, atol=1e-3)  # 4 digits
 
 
 def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_powers_of_ten_are_natural(axes):

@@ -19,7 +19,7 @@ from ident.model.xml_tree import check_attributes, read_xml, title, where
 from ident.support.arrays import Array, readonly
 from ident.support.errors import RobotModelError
 from ident.support.files import captured_stderr
-from ident.support.naming import nearest, one_line, shown
+from ident.support.naming import enumerated, nearest, one_line, shown
 
 if TYPE_CHECKING:
     import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
@@ -100,9 +100,19 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
     """
     model = load_pinocchio(path, flange=flange)
     try:
-        return arm_from_pinocchio(model, couplings)
+        arm = arm_from_pinocchio(model, couplings)
     except RobotModelError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    stated = [{arm.joint_names[k] for k in pair} for pair in couplings]
+    shared = minimal_model(Path(path), flange).shared
+    for motor, ratios in shared.items():
+        alone = sum(each.keys() == ratios.keys() for each in shared.values()) == 1
+        if not (alone and set(ratios) in stated and len(set(ratios.values())) == 1):
+            raise RobotModelError(
+                f"{motor}: it moves joints {enumerated(list(ratios))} together; a gain is that of a joint with a motor "
+                "of its own, or of one motor that turns by the sum of two joints (--coupling I J)"
+            )
+    return arm
 
 
 def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
@@ -239,7 +249,11 @@ def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> Min
             del above[link]
     if above:
         raise RobotModelError(f"{title(root)}: link {next(iter(above))!r} is its own ancestor through its joints")
-    return MinimalModel("urdf", ET.tostring(arm, encoding="unicode"))
+    names, shared = {joint.get("name") for joint in joints}, dict[str, dict[str, float]]()
+    for each in root.findall("transmission"):  # ratios are not read: as a difference, which is refused
+        own = [name for part in each.findall("joint") if (name := part.get("name", "")) in names]
+        shared |= {title(each): {name: float(k) for k, name in enumerate(own)}} if len(own) > 1 else {}
+    return MinimalModel("urdf", ET.tostring(arm, encoding="unicode"), shared=shared)
 
 
 def urdf_to_flange(root: ET.Element, flange: str) -> None:
@@ -250,7 +264,8 @@ def urdf_to_flange(root: ET.Element, flange: str) -> None:
     while links[-1] in above and above[links[-1]] not in joints:
         joints.append(above[links[-1]])
         links.append(_end(joints[-1], "parent"))
-    root[:] = [each for each in root if each in joints or (each.tag == "link" and each.get("name") in links)]
+    kept = [each for each in root if each.tag == "transmission" or each in joints]
+    root[:] = kept + [each for each in root if each.tag == "link" and each.get("name") in links]
 
 
 def _end(joint: ET.Element, end: str) -> str:

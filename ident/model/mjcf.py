@@ -59,12 +59,14 @@ class MinimalModel:
         text: A complete document of that format.
         gravity: Gravity in the world frame [m/s^2].
         ranges: Ends of joints by their names [rad or m], where Pinocchio would read others.
+        shared: Joints that one motor moves together, with their ratios, by the motor's place in the file.
     """
 
     kind: str
     text: str
     gravity: tuple[float, ...] = EARTH
     ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
+    shared: dict[str, dict[str, float]] = field(default_factory=lambda: dict[str, dict[str, float]]())
 
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
@@ -97,7 +99,20 @@ def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> Min
     ET.SubElement(arm, "compiler", {"angle": "radian"})
     ET.SubElement(arm, "option", {"gravity": " ".join(map(repr, gravity))})
     ET.SubElement(ET.SubElement(arm, "worldbody"), "body", {"name": around}).extend(bodies)
-    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges)
+    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges, _shared(root, arm))
+
+
+def _shared(root: ET.Element, arm: ET.Element) -> dict[str, dict[str, float]]:
+    """Return the joints of the arm that one motor moves together, through a fixed tendon, with their ratios."""
+    joints, found = {each.get("name") for each in arm.iter("joint")}, dict[str, dict[str, float]]()
+    tendons = {each.get("name"): each for each in root.findall("tendon/fixed")}
+    for motor in (each for section in root.findall("actuator") for each in section):
+        ends = tendons[motor.get("tendon")].findall("joint") if motor.get("tendon") in tendons else []
+        own = [(each.get("joint", ""), vector(each, "coef", 1) or (1.0,)) for each in ends]
+        ratios = {name: ratio for name, (ratio,) in own if name in joints}
+        if len(ratios) > 1:
+            found[title(motor)] = ratios
+    return found
 
 
 def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int) -> None:

@@ -200,6 +200,28 @@ def test_the_arm_is_what_leads_to_the_flange(tmp_path, text, flange, joints):
     np.testing.assert_allclose(arm.translation[1:3], expected[: len(joints) - 1], rtol=1e-15)  # sums of frames
 
 
+def motors(*ratios: tuple[float, float]) -> str:
+    """Motors that act on the elbow and the wrist with ratios."""
+    ends = [f'<joint joint="elbow" coef="{a}"/><joint joint="wrist" coef="{b}"/>' for a, b in ratios]
+    fixed = "".join(f'<fixed name="t{k}">{each}</fixed>' for k, each in enumerate(ends))
+    acts = "".join(f'<motor name="m{k}" tendon="t{k}"/>' for k in range(len(ends)))
+    return f"<tendon>{fixed}</tendon><actuator>{acts}</actuator>"
+
+
+def test_a_motor_on_two_joints_is_read_only_with_the_coupling_stated_that_it_is(tmp_path):
+    summed, pair = (3.0, 3.0), ((1, 2),)
+    assert load_arm(written(tmp_path, "arm.xml", menagerie(tail=motors(summed))), pair).couplings == pair
+    for ratios, couplings in (
+        ([summed], ()),
+        ([summed], ((0, 1),)),
+        ([(3.0, -3.0)], pair),
+        ([summed, (3.0, -3.0)], pair),  # a differential
+    ):
+        path = written(tmp_path, "arm.xml", menagerie(tail=motors(*ratios)))
+        with pytest.raises(RobotModelError, match="'m0': it moves joints elbow and wrist together"):
+            load_arm(path, couplings)
+
+
 FAULTS = [
     (menagerie(hand=HAND), None, "joint finger2 branches off.*as flange"),
     (menagerie(hand=HAND, tail=FINGERS), None, "kind joint ties joints.*as flange"),
@@ -218,6 +240,11 @@ FAULTS = [
     (ros(more=GRIPPER), None, "joint 'grip_r': it mimics.*as flange"),
     (ros(more=GRIPPER), "finger_r", "joint 'grip_r': it mimics"),
     (menagerie(), "base", "no moving joint"),
+    (
+        ros(more='<transmission name="d"><joint name="elbow"/><joint name="wrist"/></transmission>'),
+        "tool0",
+        "'d': it moves joints elbow and wrist together",
+    ),
     (urdf(swap=('name="elbow_joint"', "")), None, "a joint without a name"),
     (menagerie(hand='<frame><body name="palm"><joint name="turn"/></body></frame>'), "palm", "frame"),
     (

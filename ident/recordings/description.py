@@ -129,6 +129,11 @@ NOT_ZERO = Key(f"{NUMBERS}, not 0", lambda value: _is_number(value) and value !=
 RATE = Key("a sampling rate [Hz], above 0", lambda value: _is_number(value) and cast("float", value) > 0.0)
 TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
 SIGNS = Key("1 or -1, or an array of them", lambda value: is_number(value) and value in (1, -1), many=True)
+BITS = Key(
+    "a number of a bit, 1 to 32, or an array of them",
+    lambda value: isinstance(value, int) and 1 <= value <= 32,
+    many=True,
+)
 LINE = Key(
     f"a line number, 1 to {LAST_LINE}",
     lambda value: isinstance(value, int) and is_number(value) and 1 <= value <= LAST_LINE,
@@ -165,6 +170,8 @@ class Channels:
         counts_per_turn: Encoder counts per turn of the joint, for positions in ticks.
         sign: 1 or -1.
         zero: Offset added to a position after its sign, in the log's unit: the position at a logged 0.
+        sign_bit: Bit that is set for negative numbers, beside their magnitude; 0 for none.
+        bits: Length of a word in two's complement that was logged as unsigned; 0 if it was not.
         constant: Torque constant with which the controller multiplied the current [N m/A]; None if not declared, empty
             if declared unknown.
     """
@@ -174,6 +181,8 @@ class Channels:
     counts_per_turn: Annotated[tuple[float, ...], NOT_ZERO] = ()
     sign: Annotated[tuple[float, ...], SIGNS] = ()
     zero: Annotated[tuple[float, ...], Key(NUMBERS, _is_number, many=True)] = ()
+    sign_bit: Annotated[tuple[float, ...], BITS] = ()
+    bits: Annotated[tuple[float, ...], BITS] = ()
     constant: Annotated[tuple[float, ...] | None, NOT_ZERO.or_word(UNKNOWN, ())] = None
 
     def over(self, known: "Channels") -> "Channels":
@@ -184,10 +193,10 @@ class Channels:
         return replace(known, **{name: value for name, value in own.items() if value != getattr(NOTHING, name)})
 
     @property
-    def each(self) -> Iterator[tuple[str, str, float, float, float, float]]:
-        """Column, unit, counts, sign, zero and constant of each joint, if there is one of each."""
-        values = (self.columns, self.unit, self.counts_per_turn, self.sign, self.zero, self.constant or ())
-        return zip(*values, strict=True)
+    def each(self) -> Iterator[tuple[str, str, float, float, float, float, float, float]]:
+        """Column, unit, counts, sign, zero, sign bit, bits and constant of each joint, if there is one of each."""
+        values = (self.columns, self.unit, self.counts_per_turn, self.sign, self.zero, self.sign_bit, self.bits)
+        return zip(*values, self.constant or (), strict=True)
 
 
 NOTHING = Channels()

@@ -15,6 +15,7 @@ import numpy as np
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
 from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
+from ident.recordings.encodings import decoded, likely_encoding
 from ident.recordings.formats import SAMPLE, LogFormat, with_times
 from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array
 from ident.recordings.formats.csv import CSV
@@ -120,13 +121,24 @@ def read_log(
     if meant.only and not kept.any():
         raise RecordingError(f"{place}: no row satisfies all conditions of only = {{ .. }}")
     meaning = MEANINGS.get(meant.signal or "")
+
+    def number(name: str, sign_bit: float, bits: float) -> Array:
+        x = decoded(columns[name][kept], sign_bit, bits)
+        if likely := likely_encoding(x):
+            kind = "q" if name in meant.q.columns else "v"
+            raise RecordingError(
+                f"{place}: column {shown(name)} jumps where it crosses zero, as a register logged as read; state "
+                f"{likely} in [{kind}] of a log description"
+            )
+        return x
+
     q = [
-        POSITION[unit] / (turn if unit == TICKS else 1.0) * (sign * columns[name][kept] + zero)
-        for name, unit, turn, sign, zero, _ in meant.q.each
+        POSITION[unit] / (turn if unit == TICKS else 1.0) * (sign * number(name, sign_bit, bits) + zero)
+        for name, unit, turn, sign, zero, sign_bit, bits, _ in meant.q.each
     ]
     v = [
-        sign * (meaning.units[unit] if meaning else 1.0) / constant * columns[name][kept]
-        for name, unit, _, sign, _, constant in meant.v.each
+        sign * (meaning.units[unit] if meaning else 1.0) / constant * number(name, sign_bit, bits)
+        for name, unit, _, sign, _, sign_bit, bits, constant in meant.v.each
     ]
     t = np.sum([columns[name][kept] * TIME[unit] for name, unit, *_ in meant.t.each], axis=0)
     recording = Recording(t, np.column_stack(q), np.column_stack(v), place)

@@ -205,7 +205,15 @@ def _checked(place: str, meant: LogDescription) -> LogDescription:
                 f"{nearest(unknown, known)}; known: {', '.join(known)}"
             )
         own, count = dict[str, tuple[str | float, ...]](), len(channels.columns)
-        for key, default in (("unit", ""), ("counts_per_turn", 1.0), ("sign", 1.0), ("zero", 0.0), ("constant", 1.0)):
+        for key, default in (
+            ("unit", ""),
+            ("counts_per_turn", 1.0),
+            ("sign", 1.0),
+            ("zero", 0.0),
+            ("sign_bit", 0.0),
+            ("bits", 0.0),
+            ("constant", 1.0),
+        ):
             values = getattr(channels, key) or (default,)
             if len(values) not in (1, count):
                 raise RecordingError(f"{place}: {key} of {kind} has {len(values)} entries for {count} joints")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from foreign_logs import DESCRIPTION, V, assert_same, channels, csv, table
+from foreign_logs import DESCRIPTION, Q, V, assert_same, channels, csv, table
 
 from ident.recordings.description import read_description
 from ident.recordings.encodings import likely_encoding
@@ -30,6 +30,9 @@ def test_a_register_logged_as_read_is_refused_with_the_key_that_decodes_it(tmp_p
     told = read_description(tmp_path / "log.toml").v
     right = replace(stated, v=replace(stated.v, sign_bit=told.sign_bit, bits=told.bits))
     assert_same(read_recording(path, right), v=1e-3 * MILLI)
+    of_q = channels("q", columns=("x", "y", "z"), unit=("mm",), sign_bit=told.sign_bit, bits=told.bits)
+    of_q = replace(of_q, v=replace(of_q.v, columns=("a", "b", "c")))
+    assert_same(read_recording(path, of_q), q=1e-3 * MILLI, v=Q)
 
 
 def test_noise_about_zero_hides_no_sign_and_columns_that_reach_a_power_of_two_have_none(rng):

@@ -38,6 +38,9 @@ from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from ident.support.naming import joint_list
 
+LINK_MASSES = "link masses"
+IMPLAUSIBLE = ("negative gain", "gain outlier", "residual", LINK_MASSES)
+"""Names of the checks of gains below; a warning of theirs is one of the gain itself."""
 FAR = 100.0
 """Factor from the median of the other gains beyond which a unit is suspected; joints of one arm differ by up to 30."""
 SURE_LOAD_Z = 10.0
@@ -188,7 +191,7 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
     off, median = max(low, 1.0 / high) > FACTOR, 0.5 * (low + high)
     joints = [each.joint for each in shown]
     return finding(
-        None, "link masses",
+        None, LINK_MASSES,
         f"with these gains the arm's masses are {two_digits(median)} times those of its model (median of "
         f"{joint_list(joints)}, bare motions)",
         "check the payload's mass, and the masses of the model" if off else None,

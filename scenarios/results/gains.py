@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from ident.diagnosis.diagnosis import SPOILS, Severity, two_digits
+from ident.diagnosis.gain_checks import IMPLAUSIBLE, LINK_MASSES
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
@@ -262,11 +263,19 @@ class Result(DiagnosedResult):
         found, count = self.found, sum(gain.identifiable for gain in self.gains)
         said = f"{count} of {len(self.gains)} gains identified from {self.fit.rows} rows"
         said += f", relative residual {100.0 * self.fit.rel_error_norm:.2f} %"
+        said += f"; {joints_named(self._in_doubt)} in doubt" if self._in_doubt and not self.judged else ""
         lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
         said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."
         if found.findings:
             return Paragraph(f"{said} See {counted(found)} below.", MOODS[found.severity], strong=True)
         return Paragraph(said, Mood.BAD if lost else Mood.PLAIN, strong=True)
+
+    @property
+    def _in_doubt(self) -> list[int]:
+        """Joints, from 1, whose gains are implausible, by a warning; link masses doubt the payload, hence all gains."""
+        weak = [each for each in self.diagnoses if each.severity is Severity.WEAK and each.name in IMPLAUSIBLE]
+        joints = {j for each in weak for j in (range(len(self.gains)) if each.name == LINK_MASSES else each.joints)}
+        return sorted(j + 1 for j in joints if self.gains[j].identifiable)
 
     def _changed(self) -> list[Paragraph]:
         """Return gains that a fault changes by less than the limit: each joint once, with the largest effect."""
@@ -286,6 +295,8 @@ class Result(DiagnosedResult):
         def verdict(gain: ResultGain) -> Cell:
             if judged and not gain.passed:
                 return Cell("FAILED", Mood.BAD)
+            if not judged and gain.identifiable and gain.joint in self._in_doubt:
+                return Cell("in doubt", Mood.DOUBTFUL)
             mood = Mood.GOOD if judged or gain.identifiable else Mood.DOUBTFUL
             return Cell(("passed" if judged else "identified") if gain.identifiable else "refused", mood)
 

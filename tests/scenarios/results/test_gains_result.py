@@ -83,6 +83,17 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     ]
 
 
+@pytest.mark.parametrize(("name", "doubted"), [("residual", [2]), ("link masses", [1, 2]), ("autocorrelation", [])])
+def test_a_warning_of_a_gain_itself_is_in_its_row_and_in_the_first_sentence(name, doubted):
+    weak = Diagnosis(name=name, severity=Severity.WEAK, sentence="so", joints=(1, 2))
+    gains = identified(0.8, 0.02), identified(0.7, 0.03), REFUSED
+    result = result_of(*gains, said=Diagnosed(diagnoses=(weak, replace(DOUBT, joints=(0,)))))
+    verdicts = [row[-1].text for row in tables(result)[0].rows]
+    expected = ["in doubt" if j in doubted else "identified" for j in (1, 2)]
+    assert verdicts == [*expected, "refused"]
+    assert texts(result)[0].partition("; ")[2].startswith("joint") == bool(doubted)
+
+
 def test_gains_have_the_unit_of_their_joints():
     for revolute, unit in (
         ([True, True], "N m/unit"),

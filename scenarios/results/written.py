@@ -86,7 +86,7 @@ class Converted(ResultModel):
 
 
 def _channels(of: Channels) -> list[ConvertedChannel]:
-    return [ConvertedChannel(column=name, unit=unit, sign=sign, zero=zero) for name, unit, _, sign, zero, _ in of.each]
+    return [ConvertedChannel(column=name, unit=unit, sign=sign, zero=zero) for name, unit, _, sign, zero, *_ in of.each]
 
 
 class ListedScenario(ResultModel):

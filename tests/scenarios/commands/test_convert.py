@@ -163,7 +163,7 @@ DESCRIPTIONS = {
     "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent': expected .*'current'"),
     "a strange layout": ("layout = 'ur'", r"layout = 'ur'"),
     "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),
-    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, constant"),
+    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, sign_bit, bits, constant"),
     "no columns": ("[q]\ncolumns = []", r"\[q\]: columns = \[\]"),
     "blank": ("[q]\ncolumns = ['a', ' ']", r"columns = \['a', ' '\]"),
     "a range": ("[q]\ncolumns = 'a{4..2}'", r"\[q\]: 'a\{4\.\.2\}'; expected a range"),

@@ -13,13 +13,13 @@ from ident.diagnosis.plausibility import check_different, check_joints, check_po
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.model.arm import Arm
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import Structure, structure_from
 from ident.observation.following import following
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.checks import check_log
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Motion, Recording, motions_of
 from ident.support.arrays import Mask
-from ident.support.errors import Contradiction, RecordingError
+from ident.support.errors import Contradiction, OptionError, RecordingError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
@@ -148,7 +148,10 @@ def prepare(
         Contradiction: If its positions exceed the limits; the message states the probable fault.
         NotIdentifiable: If two logs have the same motion.
     """
-    structure = robot if isinstance(robot, Structure) else structure_of(robot)
+    motions, structure = motions_of(motions), structure_from(robot)
+    for what, given, kind in (("observing", observing, ObserveOptions), ("gains", gains, GainOptions)):
+        if not isinstance(given, kind):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise OptionError(f"{what} is {type(given).__name__}; expected {kind.__name__}")
     for each in motions:
         check_joints(structure.arm, each.recording)
     if not policy.repeats:

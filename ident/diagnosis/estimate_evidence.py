@@ -375,6 +375,8 @@ def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEs
 def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
     """Whether errors of all stated centres and inertias, to first order, predict better, also than another lack."""
     own = [each for each in base.payload_errors if each.family in (CENTRE, INERTIA)]
+    if not own:
+        return False
     of_joints = zip(*(each.columns for each in own), strict=True)
     columns = (np.hstack(each) if each[0] is not None else None for each in of_joints)
     (together,) = base.each_added([replace(own[0], columns=tuple(columns))])

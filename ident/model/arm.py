@@ -98,6 +98,8 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
             and prismatic joints, or a coupling names a joint that does not exist.
     """
+    if not isinstance(path, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise RobotModelError(f"the robot model is {type(path).__name__}; expected the path of an MJCF or URDF file")
     model = load_pinocchio(path, flange=flange)
     try:
         arm = arm_from_pinocchio(model, couplings)

@@ -10,14 +10,19 @@ link are regrouped into their neighbours, and Ia into ZZ if possible.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from scipy import linalg
 
-from ident.model.arm import Arm
+from ident.model.arm import Arm, arm_from_pinocchio
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.support.arrays import Array, Indices, readonly
+from ident.support.errors import RobotModelError
+
+if TYPE_CHECKING:
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
 PROBE_SEED = 20110930
 """Seed of the random states; any other gives the same structure."""
@@ -135,3 +140,12 @@ def structure_of(arm: Arm) -> Structure:
         joint_independent=tuple(np.sort(independent_columns(row, [np.arange(len(columns))])) for row in rows),
         payload_probes=np.moveaxis(W[..., first : first + len(INERTIAL)], 0, 1),
     )
+
+
+def structure_from(robot: object) -> Structure:
+    """Return the structure of an `Arm` or a Pinocchio model, or the structure itself; raises `RobotModelError`."""
+    if type(robot).__module__.startswith("pinocchio"):
+        robot = arm_from_pinocchio(cast("pin.Model", robot))
+    if not isinstance(robot, Arm | Structure):
+        raise RobotModelError(f"the robot is {type(robot).__name__}; expected an Arm (ident.load_arm) or a pin.Model")
+    return robot if isinstance(robot, Structure) else structure_of(robot)

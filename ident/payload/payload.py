@@ -24,7 +24,8 @@ that of a compact body of this mass, it is 0.85 m.
 """
 Known = Literal["all", "com", "mass", "none"]
 """Used parameters of a payload: all, mass and centre of mass, only the mass, or none."""
-KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
+SHAPES = {"mass": (), "mass_std": (), "com": (3,), "com_std": (3,), "inertia": (6,), "inertia_std": (6,)}
+KEYS = (*SHAPES, "known")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,14 @@ class Payload:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        for name, shape in SHAPES.items():
+            value = getattr(self, name)
+            kind = np.asarray(value).dtype.kind if np.shape(value) == shape else ""
+            if kind not in tuple("iuf") and not (value is None and name in ("com", "inertia")):
+                expected = f"{shape[0]} numbers" if shape else "a number"
+                raise PayloadError(f"payload: {name} = {value!r}; expected {expected}")
+        if self.known not in get_args(Known):
+            raise PayloadError(f"payload: known = {self.known!r}; expected one of {', '.join(get_args(Known))}")
         widest = WIDE + WIDER * max(self.mass, 0.0) ** 0.5
         most = (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", self.mass * FARTHEST**2))
         for name in KEYS[:-1]:

@@ -16,8 +16,8 @@ from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
 from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
 from ident.recordings.encodings import decoded, likely_encoding
-from ident.recordings.formats import SAMPLE, LogFormat, with_times
-from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array
+from ident.recordings.formats import SAMPLE, DataFrame, LogFormat, with_times
+from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array, frame_table
 from ident.recordings.formats.csv import CSV
 from ident.recordings.formats.lerobot import LEROBOT
 from ident.recordings.formats.ros import ROS
@@ -65,12 +65,14 @@ class Log:
 
 
 def read(
-    path: str | Path, payload: str | Path | Payload | None = None, description: LogDescription | None = None
+    path: str | Path | DataFrame,
+    payload: str | Path | Payload | None = None,
+    description: LogDescription | None = None,
 ) -> Motion:
     """Read a motion for `identify`, which makes unambiguous repairs and refuses faults.
 
     Args:
-        path: The log, of any format of `LOGS`.
+        path: The log, of any format of `LOGS`, or a data frame with one column each of time, positions and currents.
         payload: Payload file, or result of `read_payload`; None for a bare flange. Use one `Payload` object for all
             motions of one mounting.
         description: Description of the log's columns, unless they have standard names or a known layout.
@@ -80,7 +82,7 @@ def read(
         PayloadError: If the payload file is missing or not valid.
     """
     recording = read_log(path, description, check=check_clock).recording
-    return Motion(recording, payload if payload is None or isinstance(payload, Payload) else read_payload(payload))
+    return Motion(recording, read_payload(payload) if isinstance(payload, str | Path) else payload)
 
 
 def read_recording(path: str | Path, description: LogDescription | None = None) -> Recording:
@@ -89,14 +91,17 @@ def read_recording(path: str | Path, description: LogDescription | None = None) 
 
 
 def read_log(
-    path: str | Path, description: LogDescription | None = None, *, check: Callable[..., None] | None = check_log
+    path: str | Path | DataFrame,
+    description: LogDescription | None = None,
+    *,
+    check: Callable[..., None] | None = check_log,
 ) -> Log:
     """Read a recording, with the meaning of the columns that were used.
 
     A CSV file has a header line with the column names; `#` starts a comment. Further columns are ignored.
 
     Args:
-        path: A file of any format of `LOGS`; others are read as CSV, also gzipped.
+        path: A file of any format of `LOGS`, others are read as CSV, also gzipped; or a data frame.
         description: Description of its columns, unless they have standard names or a known layout.
         check: `check_clock` for logs that `ident.preparation` repairs and checks for jumps, None for a report.
 
@@ -104,8 +109,12 @@ def read_log(
         RecordingError: If the file is missing or unreadable, a column is missing or not numeric, numbers of columns
             differ, or the values fail the checks of `Recording` or `check`.
     """
-    path, given = Path(path), description or LogDescription()
-    place, table = one_line(path), format_of(path).open(path, given)
+    given = description or LogDescription()
+    if isinstance(path, str | Path):
+        path = Path(path)
+        place, table = one_line(path), format_of(path).open(path, given)
+    else:
+        place, table = "data frame", frame_table(path)
     if given.rate_hz is not None:
         table, given = with_times(table, given.rate_hz), replace(given, t=Channels(columns=(SAMPLE,), unit=("s",)))
     meant, layout = resolved(place, table, given)

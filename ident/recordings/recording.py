@@ -1,15 +1,16 @@
 """Recordings, the log of a robot's controller for one motion, and motions: recordings with payloads."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.numerics.splines import CubicSpline
 from ident.payload.payload import Payload
-from ident.support.arrays import Array, once_per_object, readonly
-from ident.support.errors import RecordingError
+from ident.support.arrays import Array, numbers, once_per_object
+from ident.support.errors import PayloadError, RecordingError
 
 LARGEST_GAP = 10.0
 """Sampling interval relative to the median above which samples are missing instead of late."""
@@ -47,7 +48,11 @@ class Recording:
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
         for field in ("t", "q", "v"):
-            object.__setattr__(self, field, readonly(getattr(self, field)))
+            try:
+                object.__setattr__(self, field, numbers(getattr(self, field)))
+            except (TypeError, ValueError) as error:
+                reason = str(error).splitlines()[0]
+                raise RecordingError(f"{self.name}: {field} is not an array of numbers: {reason}") from error
         _check(self)
 
     @property
@@ -77,6 +82,24 @@ class Motion:
 
     recording: Recording
     payload: Payload | None = None
+
+
+def motions_of(logs: object) -> tuple[Motion, ...]:
+    """Return motions of an iterable of these, or of recordings with a bare flange; raises `RecordingError`."""
+    expected = "expected motions from ident.read, at least one"
+    if not isinstance(logs, Iterable) or isinstance(logs, str):
+        raise RecordingError(f"logs are {type(logs).__name__}; {expected}")
+    found = list[Motion]()
+    for k, each in enumerate(cast("Iterable[object]", logs)):
+        motion = Motion(each) if isinstance(each, Recording) else each
+        if not isinstance(motion, Motion):
+            raise RecordingError(f"log {k + 1} is {type(each).__name__}; {expected}")
+        if not isinstance(motion.payload, Payload | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise PayloadError(f"payload of log {k + 1} is {type(motion.payload).__name__}; expected a Payload or None")
+        found.append(motion)
+    if not found:
+        raise RecordingError(f"there are no logs; {expected}")
+    return tuple(found)
 
 
 NO_JOINT = "; to leave out a gripper or another column that is not a joint of the arm, name the others: q=NAME[{0..5}]"
@@ -179,6 +202,11 @@ def _check(recording: Recording) -> None:
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")
+    peak = np.abs(v).max(axis=0)
+    if (small := np.flatnonzero((peak > 0.0) & (peak < 1.0 / LARGEST_CURRENT))).size:
+        joint, value = int(small[0]), float(peak[small[0]])
+        least = f"expected {1.0 / LARGEST_CURRENT:g} or more, check the unit"
+        raise RecordingError(f"{name}: v{joint + 1} is at most {value:.4g}; {least}", joint=joint, value=value)
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         k, advice = int(back[0]), ""

@@ -25,6 +25,16 @@ def readonly(values: npt.ArrayLike) -> Array:
     return array
 
 
+def numbers(values: npt.ArrayLike) -> Array:
+    """Return a read-only copy of real numbers; raises `ValueError` for masked, complex or other values."""
+    if np.ma.is_masked(values):
+        raise ValueError("it has masked values")
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise ValueError(f"it has values of type {array.dtype}")
+    return readonly(array)
+
+
 def once_per_object(function: Callable[[Of, *More], Result]) -> Callable[[Of, *More], Result]:
     """Call a function once for each object, its first argument, and each set of further arguments.
 

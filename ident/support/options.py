@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from math import isfinite
 from sys import float_info
-from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeGuard, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Interval, Unit
 
@@ -161,6 +161,8 @@ def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception],
     for name, hint in _annotated(type(values)).items():
         value = getattr(values, name)
         if not isinstance(value, float | int):
+            if (get_args(hint)[0] if get_origin(hint) is Annotated else hint) in (float, int):
+                raise error(f"{within}{name} = {shown(value)}: expected a number")
             continue
         if not isfinite(value):
             raise error(f"{within}{name} = {value}: expected a finite number")

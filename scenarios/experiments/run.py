@@ -7,6 +7,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from numbers import Integral
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -51,6 +52,11 @@ class Trial:
     streams: Mapping[str, int] = field(default_factory=dict[str, int])
     labels: Mapping[str, str] = field(default_factory=dict[str, str])
     cost: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the seed."""
+        if not isinstance(self.seed, Integral) or self.seed < 0:
+            raise ScenarioError(f"seed = {self.seed!r}: expected a whole number from 0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

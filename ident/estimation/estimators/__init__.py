@@ -61,7 +61,7 @@ def estimator(name: str) -> Estimator:
         OptionError: If there is none.
     """
     if name not in ESTIMATORS:
-        raise OptionError(f"unknown method {name!r}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}")
+        raise OptionError(f"unknown method {name!r}{nearest(str(name), ESTIMATORS)}; known: {', '.join(ESTIMATORS)}")
     return ESTIMATORS[name]
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
-from typing import TypeAlias
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
@@ -35,6 +35,28 @@ Columns: TypeAlias = Mapping[str, Array]
 """Values by column name, each of shape (N,)."""
 Entries: TypeAlias = Mapping[str, tuple[str, str]]
 """Column and unit of each joint; the unit is empty if the file does not imply it."""
+
+
+class Series(Protocol):
+    """A column of a data frame."""
+
+    def to_numpy(self) -> np.ndarray:
+        """Its values, shape (N,)."""
+        ...
+
+
+@runtime_checkable
+class DataFrame(Protocol):
+    """A data frame, as of pandas."""
+
+    @property
+    def columns(self) -> Iterable[object]:
+        """Names of its columns."""
+        ...
+
+    def items(self) -> Iterable[tuple[object, Series]]:
+        """Names and columns."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import MOST_COLUMNS, LogFormat, Table, check_kind, check_size, readable, table_of
+from ident.recordings.formats import (
+    MOST_COLUMNS,
+    DataFrame,
+    LogFormat,
+    Table,
+    check_kind,
+    check_size,
+    readable,
+    table_of,
+)
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.files import check_file
@@ -104,6 +113,13 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
         return table.select(list(names))
 
     return arrow_table(place, table.schema, table[:1], read)
+
+
+def frame_table(frame: object) -> Table:
+    """Return the table of a data frame; raises `RecordingError` for another object."""
+    if not isinstance(frame, DataFrame):
+        raise RecordingError(f"a log is {type(frame).__name__}; expected a path or a data frame")
+    return array_table("data frame", {str(name): column.to_numpy() for name, column in frame.items()})
 
 
 def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:

@@ -73,6 +73,10 @@ class Identification:
         """Total standard deviations of the gains [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.std
 
+    def gain_at(self, current: Array) -> MaskedArray:
+        """Return the gains at currents, as `GainEstimate.gain_at`: constant unless a law of currents corrects them."""
+        return self.estimate.gain_at(current)
+
     @property
     def reasons(self) -> tuple[str | None, ...]:
         """Reason of each joint's refusal, None for a gain."""

@@ -251,7 +251,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     def currents(torque: Array, gains: KnownGains) -> Array:
         per_torque = np.zeros(len(gains.names))
         per_torque[gains.joints] = 1.0 / gains.value
-        return torque * per_torque[system.joint]
+        return torque * per_torque[system.joint] / gains.relative(system.V, system.joint)
 
     errors, shares = list[Array](), list[dict[int, float]]()  # by model; relative, by joint
     for model in (found,) if other is None else (found, other):
@@ -337,7 +337,8 @@ def _joint_limits(
     X = np.column_stack((W_L @ known.chi, W[:, own & W.any(axis=0)]))  # friction and offset are free here
     if unseen.log.payload is None or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
         return largest, None, None
-    torque, first = g * V - W @ model.base, np.linalg.pinv(X)[0]
+    torque = g * V * model.gains.relative(V, system.joint[at]) - W @ model.base
+    first = np.linalg.pinv(X)[0]
     parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
     without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
     spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)

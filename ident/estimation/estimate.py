@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.problem import GainOptions, Problem
 from ident.support.arrays import Array, Indices, Mask, MaskedArray, once_per_object
@@ -29,6 +30,7 @@ class IdentifiedGain:
         payload_rel_std: Contribution of the payload's specified uncertainty, relative to the gain.
         model_rel_std: Contribution of the model's assumptions, relative to the gain.
         predicted_rel_std: Relative standard deviation expected of such data, at least that of `residual_std`.
+        curve: The gain over the current, if laws of its size or sign correct it; else it is constant.
     """
 
     joint: str
@@ -37,6 +39,7 @@ class IdentifiedGain:
     payload_rel_std: float
     model_rel_std: float
     predicted_rel_std: float
+    curve: GainCurve | None = None
 
     @property
     def payload_std(self) -> float:
@@ -99,6 +102,7 @@ class GainSolution:
         unsolved: Reasons of the joints without 1/g, by joint.
         stiff: The solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else
             None.
+        curves: Gain over current, by joint from 0, of joints whose gain is not constant.
     """
 
     rows: Rows
@@ -112,6 +116,7 @@ class GainSolution:
     friction_influence: Array
     unsolved: Mapping[int, str]
     stiff: "GainSolution | None" = None
+    curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True, kw_only=True, eq=False)
@@ -160,6 +165,19 @@ class GainEstimate:
     def reasons(self) -> tuple[str | None, ...]:
         """Reason of each joint's refusal, None where it has a gain."""
         return tuple(None if isinstance(joint, IdentifiedGain) else joint.reason for joint in self.joints)
+
+    def gain_at(self, current: Array) -> MaskedArray:
+        """Return the gains [N m / drive unit] at currents with their signs, shape (n,) or (N, n).
+
+        Masked where refused, and where a gain that is not constant is unknown: beyond the largest current of the logs.
+        """
+        current = np.asarray(current, np.float64)
+        share, unknown = np.ones(current.shape), np.array(np.broadcast_to(~self.identifiable, current.shape))
+        for j, gain in self.identified.items():
+            if gain.curve is not None:
+                share[..., j] = gain.curve.relative(current[..., j])
+                unknown[..., j] = np.abs(current[..., j]) > gain.curve.largest
+        return np.ma.array(self.gain.data * share, mask=unknown)
 
     def _of_gains(self, name: str) -> MaskedArray:
         numbers = [getattr(joint, name) if isinstance(joint, IdentifiedGain) else 0.0 for joint in self.joints]
@@ -217,6 +235,7 @@ def judge_identifiability(
                 joint=names[j], value=gain,
                 residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
                 payload_rel_std=float(shares[0][k]), model_rel_std=float(shares[1][k]), predicted_rel_std=expected,
+                curve=solution.curves.get(j),
             )  # fmt: skip
     return GainEstimate(
         method=method, joints=tuple(joints[j] for j in sorted(joints)), solution=solution, covariance=covariance,

@@ -1,12 +1,13 @@
-"""Drive gains for further use: values with their covariance, and the joints that have none."""
+"""Drive gains for further use: values with their covariance, their curves, and the joints that have none."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ident.estimation.all_joints import GIVEN_STD, Sensitivity
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import GainOptions
 from ident.estimation.setting import GivenGain
@@ -31,15 +32,17 @@ class KnownGains:
         joints: The k joints that have a gain, from 0, in ascending order, shape (k,).
         value: Their gains [N m / drive unit, N / drive unit where a joint slides], shape (k,).
         covariance: Their total covariance, shape (k, k).
+        curves: Gain over current, by joint from 0, of joints whose gain is not constant.
 
     Raises:
-        GainsError: If shapes disagree, a gain is zero or not finite, or the covariance is invalid.
+        GainsError: If shapes disagree, a gain is zero or not finite or changes its sign, or the covariance is invalid.
     """
 
     names: tuple[str, ...]
     joints: Indices
     value: Array
     covariance: Array
+    curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
@@ -56,6 +59,11 @@ class KnownGains:
         for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
             if not np.isfinite(value) or value == 0.0:
                 raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g} is invalid; refuse the joint instead")
+        for joint, curve in self.curves.items():
+            if curve.relative(np.outer((1e-300, curve.largest), (1.0, -1.0))).min() <= 0.0:
+                raise GainsError(
+                    f"gains: joint {joint + 1}: its gain changes its sign with the current; check the curve"
+                )
         variance = np.diag(self.covariance)
         if not np.isfinite(self.covariance).all() or (variance < 0.0).any():
             raise GainsError("gains: the covariance has a negative variance or is not finite")
@@ -75,6 +83,29 @@ class KnownGains:
     def log_covariance(self) -> Array:
         """Covariance of the logarithms, to first order, shape (k, k)."""
         return self.covariance / np.outer(self.value, self.value)
+
+    def relative(self, v: Array, joint: Indices) -> Array:
+        """Return the ratio of gains at currents to `value`, for the joint of each; torque = value * relative * v.
+
+        Args:
+            v: Currents [drive units], of any shape.
+            joint: The joint of each, from 0, of the same shape.
+        """
+        found = np.ones(v.shape)
+        for j, curve in self.curves.items():
+            found[joint == j] = curve.relative(v[joint == j])
+        return found
+
+    def at_currents_of(self, curves: Mapping[int, GainCurve]) -> "KnownGains":
+        """Return constant gains: these at the currents at which gains with other curves hold, else as they are."""
+        share, variance = np.ones(len(self.joints)), np.zeros(len(self.joints))
+        for k, j in enumerate(self.joints.tolist()):
+            if j in self.curves and j in curves:
+                own, size = self.curves[j].even, np.array(curves[j].current)
+                share[k], variance[k] = own.relative(size), np.maximum(own.rel_variance(size), 0.0)
+        value = self.value * share
+        covariance = np.outer(value, value) * (self.log_covariance + np.diag(variance))
+        return replace(self, value=value, covariance=covariance, curves={})
 
     def check_arm(self, arm: Arm) -> None:
         """Check that the gains are those of an arm with these joints.
@@ -144,6 +175,7 @@ def estimated_gains(estimate: GainEstimate) -> KnownGains:
     """
     solution, given = estimate.solution, estimate.identified
     at = np.array([np.flatnonzero(solution.joints == j)[0] for j in given], dtype=np.intp)
+    curves = {j: gain.curve for j, gain in given.items() if gain.curve is not None}
     value = np.array([gain.value for gain in given.values()])
     relative = np.outer(value, value) * estimate.covariance[np.ix_(at, at)]  # dg / g = -g d(1/g)
     for share in (solution.payload[at], solution.model[at]):
@@ -153,6 +185,7 @@ def estimated_gains(estimate: GainEstimate) -> KnownGains:
         joints=np.array(list(given), dtype=np.intp),
         value=value,
         covariance=relative * np.outer(value, value),
+        curves=curves,
     )
 
 
@@ -213,7 +246,7 @@ def deviations(covariance: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointTorque:
-    """Torques of the joints that have a gain, tau = g v (paper, eq. 7): of the drive, with friction and offset.
+    """Torques of the joints that have a gain, tau = g(v) v (paper, eq. 7): of the drive, with friction and offset.
 
     The interval is that of the gain; it does not include noise of the currents.
 
@@ -241,4 +274,9 @@ def joint_torque(recording: Recording, gains: KnownGains) -> JointTorque:
     if not len(gains.joints):
         raise GainsError("gains: no joint has a gain; every one is refused")
     v = recording.v[:, gains.joints]
-    return JointTorque(t=recording.t, joints=gains.joints, tau=v * gains.value, std=np.abs(v) * gains.std)
+    g = gains.value * gains.relative(v, np.broadcast_to(gains.joints, v.shape))
+    variance = np.broadcast_to(np.diag(gains.log_covariance), v.shape).copy()
+    for k, j in enumerate(gains.joints.tolist()):
+        if j in gains.curves:
+            variance[:, k] = np.maximum(variance[:, k] + gains.curves[j].rel_variance(v[:, k]), 0.0)
+    return JointTorque(t=recording.t, joints=gains.joints, tau=g * v, std=np.abs(g * v) * np.sqrt(variance))

@@ -5,7 +5,7 @@
     s_k        scale of all currents of log k, relative to the first: magnets weaken by .1 to .2 % per K
     a_j        size of the current, x_j = (|i_j| - m_j) / max |i_j|: iron saturates. m_j is the rms current with a
                payload, at which h_j holds
-    b_j        sign of the current: amplifiers are asymmetric
+    b_j        sign of the current: amplifiers are asymmetric; with a_j, the gain over the current (`GainCurve`)
     c_j, d_j   position: the torque constant has a ripple once a turn
     e_jk       time, from -0.5 to 0.5 within log k: magnets warm up
 
@@ -21,11 +21,12 @@ so that gains fitted without them, of which they change the logarithm by S, have
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.intervals import deviations
 from ident.estimation.setting import Setting, Term
 from ident.support.arrays import Array
@@ -91,6 +92,7 @@ class Lawful:
         terms: Its terms, with those of the laws.
         remarks: Laws that the data show, in words.
         unsure: Relative change of each gain per standard deviation of coefficients that do not correct it, (n, m).
+        curves: Gain over current of each joint, by joint from 0, if size or sign correct the gains.
     """
 
     fit: Fit
@@ -99,6 +101,7 @@ class Lawful:
     terms: Mapping[str, Term]
     remarks: tuple[str, ...]
     unsure: Array
+    curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
     @classmethod
     def none(cls, before: Fit, terms: Mapping[str, Term]) -> "Lawful":
@@ -154,7 +157,32 @@ def with_laws(
     if not corrected:
         words, model, shown = _uncorrected(words, before, model.fit), none, []
     left = free.of([law for law in possible if law not in shown])
-    return replace(model, remarks=words, unsure=_unsure(model.fit, columns, left, spread))
+    curves = _curves(model.fit, before) if SIZE in shown or SIGN in shown else {}
+    return replace(model, remarks=words, unsure=_unsure(model.fit, columns, left, spread), curves=curves)
+
+
+def _curves(found: Fit, before: Fit) -> dict[int, GainCurve]:
+    """Return the gain over current of each joint, from a fit with laws of columns from the currents of one before."""
+    (rms, peak), n = _sizes(before), len(found.h)
+    weights = np.zeros((2, n, *found.phi.shape))
+    for law, of, share in zip((SIZE, SIGN), weights, (1.0 / peak, np.ones(n)), strict=True):
+        if (name := (f"{law} 0", -1)) in found.model.names:
+            of[np.arange(n), np.arange(n), found.model.names.index(name)] = share
+    value = np.einsum("qjkf,kf->qj", weights, found.phi)
+    C = found.log_h.beside(found.of_phi(weights.reshape(2 * n, *found.phi.shape))).covariance.reshape(3, n, 3, n)
+    C[0], C[:, :, 0] = -C[0], -C[:, :, 0]  # of log g
+    largest = np.max([np.abs(each.behind.recording.v).max(axis=0) for each in found.ready.sweeps], axis=0)
+    return {
+        j: GainCurve(
+            current=float(rms[j]),
+            largest=float(largest[j]),
+            slope=float(value[0, j]),
+            by_sign=float(value[1, j]),
+            covariance=((C11[0], C11[1], C11[2]), (C12[0], C12[1], C12[2])),
+        )
+        for j in range(n)
+        for C11, C12 in [C[1:, j, :, j].tolist()]
+    }
 
 
 def _uncorrected(words: Sequence[str], before: Fit, after: Fit) -> tuple[str, ...]:
@@ -207,14 +235,18 @@ def columns_of(law: str, ready: Setting, before: Fit) -> dict[int, Array]:
         share = np.where(revolute, i / np.where(rows.weight > 0.0, rows.weight, 1.0), 0.0)
         columns = {k: share * turn[:, k] for k in range(2)}
     else:
-        size = np.zeros_like(i)
-        for j in range(ready.n):
-            own = rows.joint == j
-            x, loaded = np.abs(i[own]), rows.loaded[own]
-            rms = np.sqrt(np.mean(x[loaded if loaded.any() else slice(None)] ** 2))
-            size[own] = i[own] * (x - rms) / max(float(x.max(initial=0.0)), 1e-300)
-        columns = {0: size}
+        rms, peak = (each[rows.joint] for each in _sizes(before))
+        columns = {0: i * (np.abs(i) - rms) / peak}
     return {k: each for k, each in columns.items() if each.any()}
+
+
+def _sizes(before: Fit) -> tuple[Array, Array]:
+    """Return the rms with a payload, or of all rows, and the largest fitted current of each joint, shapes (n,)."""
+    rows, i = before.ready.columns, np.abs(before.fitted_currents)
+    own = [i[rows.joint == j] for j in range(len(before.h))]
+    loaded = [i[(rows.joint == j) & rows.loaded] for j in range(len(before.h))]
+    rms = [np.sqrt(np.mean((some if len(some) else each) ** 2)) for some, each in zip(loaded, own, strict=True)]
+    return np.array(rms), np.array([max(float(each.max(initial=0.0)), 1e-300) for each in own])
 
 
 def coefficients(found: Fit, columns: Mapping[str, Mapping[int, Array]]) -> Coefficients:

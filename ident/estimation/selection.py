@@ -11,11 +11,12 @@ compliance  of all joints, or of none; a joint whose compliance is significantly
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.intervals import deviations
 from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term
@@ -108,6 +109,7 @@ class Selected:
         remarks: What was selected, in words.
         stiff: The same model with rigid joints if the data selected elastic ones, else None.
         unsure: Relative change of each gain per standard deviation of laws of the gains that it neglects, shape (n, m).
+        curves: Gain over current, by joint, from laws that correct the gains.
     """
 
     final: Fit
@@ -115,6 +117,7 @@ class Selected:
     rivals: tuple[AlternativeModel, ...] = ()
     stiff: Fit | None = None
     unsure: Array | None = None
+    curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
     @property
     def model(self) -> Array:
@@ -183,6 +186,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
         remarks=(*remarks, *lawful.remarks),
         stiff=fit(rigid, lawful.terms, lawful.fit) if yields and not yielding else None,
         unsure=lawful.unsure,
+        curves=lawful.curves,
     )
 
 

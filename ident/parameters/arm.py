@@ -228,9 +228,12 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
 
 
 def with_fixed_gains(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> Selected:
-    """Fit all joints with fixed gains; raises GainsError if these are not of the arm."""
+    """Fit all joints with fixed gains, to the currents of constant gains; GainsError if these are not of the arm."""
     gains.check_arm(problem.structure.arm)
-    return chosen_model(setting_of(problem, options, held(gains)), options)
+    ready = setting_of(problem, options, held(gains))
+    if gains.curves:
+        ready = ready.with_currents(ready.columns.V * gains.relative(ready.columns.V, ready.columns.joint))
+    return chosen_model(ready, options)
 
 
 def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:

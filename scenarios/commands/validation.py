@@ -65,7 +65,8 @@ def _compared(options: argparse.Namespace) -> Status:
             option = "--unloaded and --loaded" if name == "given" else f"--{name.replace('_', '-')}"
             raise ScenarioError(f"{option}: for recordings; two files of gains are compared without them")
     A, B = map(read_gains, options.files)
-    found = compared(A.known, B.known)
+    one, other = A.known, B.known
+    found = compared(one, other.at_currents_of(one.curves))
     check_units(A, B)
     report = GainComparison.of(found, A, B).report("Gains A against B")
     return output.show(report, options, passed=not found.moved)
@@ -190,11 +191,11 @@ def torque_command(options: argparse.Namespace) -> Status:
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
     description = inputs.log_description(options, names if len(names) == len(file.gains) else None)
     (recording,) = inputs.recordings_of([read_log(options.log, description)])
-    check_currents(file, recording)
+    remarks = check_currents(file, recording)
     found = joint_torque(recording, file.known)
     with claim.writing():
         write_torque(found, file, options.out)
-    result = Torques.of(found, file, options.out)
+    result = Torques.of(found, file, options.out, remarks)
     title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
     return output.show(result.report(title), options)
 

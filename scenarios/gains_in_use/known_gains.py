@@ -194,21 +194,27 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
                 raise ScenarioError(f"{one_line(recording.name)}: {words.format(seen)}")
 
 
-def check_currents(file: GainsFile, recording: Recording) -> None:
+def check_currents(file: GainsFile, recording: Recording) -> tuple[str, ...]:
     """Refuse currents in a smaller unit than those of the gains: of all joints larger by more than a factor of units.
 
     Currents in a larger unit look like those of an arm at rest.
+
+    Returns:
+        A remark if currents are larger than any with which gains are known.
     """
-    then = [each.largest for each in file.recordings if len(each.largest) == recording.n]
-    if not then:
-        return  # of other joints, or of a file that does not say
-    now, before = np.abs(recording.v).max(axis=0), np.max(then, axis=0)
+    before = file.largest_currents
+    if len(before) != recording.n:
+        return ()
+    now = np.abs(recording.v).max(axis=0)
     if before.all() and (now > OTHER_UNIT * before).all():
         j = int(np.argmin(now / before))
         raise ScenarioError(
             f"{one_line(recording.name)}: v{j + 1} reaches {now[j]:.3g}, but {before[j]:.3g} when the gains were "
             "identified, and likewise all joints; are the currents in another unit? --columns states it, as in 'v=[mA]'"
         )
+    beyond = [entry.identifiable and now[j] > before[j] for j, entry in enumerate(file.gains)]
+    words = [f"v{j + 1} reaches {now[j]:.3g}, known up to {before[j]:.3g}" for j in np.flatnonzero(beyond)]
+    return (f"{'; '.join(words)}: at larger currents a gain may differ",) if words else ()
 
 
 class TorqueJoint(ResultModel):
@@ -234,13 +240,13 @@ class Torques(ResultModel):
     samples: int = Field(description="Number of samples, and of rows of the file")
     joints: list[int] = Field(description="Joints that have columns")
     missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
-    notes: list[str] = Field(description="Remarks on implausible gains")
+    notes: list[str] = Field(description="Remarks on gains and currents")
     robot: str | None = Field(None, description="Robot of the gains, null if unknown")
     torques: list[TorqueJoint] = Field(default_factory=list[TorqueJoint], description="Torques of these joints")
 
     @classmethod
-    def of(cls, found: JointTorque, file: GainsFile, out: Path) -> "Torques":
-        """Return the result of written torques."""
+    def of(cls, found: JointTorque, file: GainsFile, out: Path, remarks: Sequence[str] = ()) -> "Torques":
+        """Return the result of written torques, with remarks on the currents."""
         peaks = np.argmax(np.abs(found.tau), axis=0)
         return cls(
             out=str(out),
@@ -251,7 +257,7 @@ class Torques(ResultModel):
                 for entry in file.gains
                 if not entry.identifiable
             ],
-            notes=list(file.notes),
+            notes=[*file.notes, *remarks],
             robot=file.robot,
             torques=[
                 TorqueJoint(

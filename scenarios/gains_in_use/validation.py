@@ -47,7 +47,7 @@ class MovedJoint(Moved):
         apart: Its change relative to the common factor.
         name: Name of the joint, or its number.
         A: Gain in the first file, in `unit`.
-        B: Gain in the second file, in `unit`.
+        B: Gain in the second file, at the current of the first one if both depend on it, in `unit`.
         unit: Unit of the gain: N m/unit, or N/unit where the joint slides.
     """
 
@@ -76,6 +76,8 @@ class GainComparison(ResultModel):
     def of(cls, found: gain_comparison.GainComparison, A: GainsFile, B: GainsFile) -> "GainComparison":
         """Return the result of a comparison of the gains of two files."""
         seen = {each.sha256 for each in B.recordings}
+        of_B = B.known.at_currents_of(A.known.curves)
+        value = dict(zip(of_B.joints.tolist(), of_B.value.tolist(), strict=True))
         return cls(
             moved=found.moved,
             joints=[
@@ -85,7 +87,7 @@ class GainComparison(ResultModel):
                     apart=apart,
                     name=A.gains[j].name or B.gains[j].name or str(j + 1),
                     A=A.gains[j].estimate or 0.0,
-                    B=B.gains[j].estimate or 0.0,
+                    B=value[j],
                     unit=gain_units([A.gains[j].unit == TURNING])[0],
                 )
                 for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)

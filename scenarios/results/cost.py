@@ -106,7 +106,9 @@ class ResultCost(ResultModel):
         found, payload = None if judged is None else judged.found, a_priori.weighed.payload
         shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
-        believed = dict(zip(a_priori.gains.joints.tolist(), a_priori.gains.value.tolist(), strict=True))
+        curves = {j: each.curve for j, each in enumerate(joints) if isinstance(each, IdentifiedGain) and each.curve}
+        gains = a_priori.gains.at_currents_of(curves)
+        believed = dict(zip(gains.joints.tolist(), gains.value.tolist(), strict=True))
 
         def both(name: str, of: Callable[[GainsOutcome], tuple[float | None, float | None]]) -> dict[str, float | None]:
             (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (a_priori, found))

@@ -9,6 +9,7 @@ from pydantic import Field
 from ident.diagnosis.diagnosis import SPOILS, Severity, two_digits
 from ident.diagnosis.gain_checks import IMPLAUSIBLE, LINK_MASSES
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.gain_curve import GainCurve
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
 from ident.parameters.weighing import GainsOutcome
@@ -84,12 +85,13 @@ class ResultGain(ResultModel):
     model_std: float | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
     residual_share: float | None = Field(None, description="Ratio of the norms of residuals and currents")
+    curve: GainCurve | None = Field(None, description="Gain over current, by laws that correct it; null if constant")
 
     @classmethod
     def of(cls, joint: int, estimate: GainEstimate, unit: str) -> "ResultGain":
         """Return the result of a joint, from 1, whose true gain is unknown."""
         found = estimate.joints[joint - 1]
-        known = {name: getattr(found, name, None) for name in ("reason", "std", *SHARES, "predicted_rel_std")}
+        known = {name: getattr(found, name, None) for name in ("reason", "std", *SHARES, "predicted_rel_std", "curve")}
         return cls(
             joint=joint,
             name=found.joint,

@@ -17,10 +17,12 @@ from pydantic import Field, JsonValue
 
 from ident.diagnosis.gain_checks import negative
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.known_gains import JointTorque, KnownGains, estimated_gains
 from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table
 from ident.recordings.recording import Recording, row_marks
+from ident.support.arrays import Array
 from ident.support.errors import GainsError
 from ident.support.files import read_toml
 from ident.support.naming import one_line, shown
@@ -61,6 +63,12 @@ class GainEntry(Table):
     )
     model_std: Deviation | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     reason: str | None = Field(None, description="Why the joint is refused")
+    curve: GainCurve | None = Field(
+        None, description="Gain over current, `estimate` is that at `current`; a constant gain if omitted"
+    )
+    largest_current: float | None = Field(
+        None, gt=0.0, description="Largest current at which the gain is known [drive units], if `recordings` do not say"
+    )
 
 
 class ModelEntry(Table):
@@ -124,7 +132,16 @@ class GainsFile(Table):
             joints=np.array([entry.joint - 1 for entry in given], dtype=np.intp),
             value=np.array([entry.estimate or 0.0 for entry in given]),
             covariance=np.diag(std**2) if self.covariance is None else np.array(self.covariance),
+            curves={entry.joint - 1: entry.curve for entry in given if entry.curve is not None},
         )
+
+    @property
+    def largest_currents(self) -> Array:
+        """Largest current of each joint at which its gain is known [drive units], infinite if unknown, shape (n,)."""
+        n = len(self.gains)
+        logs = [each.largest for each in self.recordings if len(each.largest) == n]
+        of_logs = np.max(logs, axis=0) if logs else np.full(n, np.inf)
+        return np.array([entry.largest_current or x for entry, x in zip(self.gains, of_logs.tolist(), strict=True)])
 
     def of(self, arm: Arm) -> KnownGains:
         """Return the gains for an arm.
@@ -142,9 +159,13 @@ class GainsFile(Table):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return remarks on unusual but valid gains: negative ones."""
+        """Return remarks on unusual but valid gains: negative ones, and those that depend on the current."""
         gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
-        return tuple(f"{each.sentence}; {each.advice}" for each in negative(gains))
+        found = [f"{each.sentence}; {each.advice}" for each in negative(gains)]
+        for j, gain in gains.items():
+            if (curve := self.gains[j].curve) is not None:
+                found.append(curve.words(j, gain, turns=self.gains[j].unit == TURNING))
+        return tuple(found)
 
 
 def read_gains(path: Path) -> GainsFile:
@@ -184,7 +205,7 @@ def _faults(file: GainsFile) -> Iterator[str]:
         missing = [name for name in ("estimate", "std") if getattr(entry, name) is None]
         if entry.identifiable and missing:
             yield f"gains.{entry.joint}: {missing[0]} is missing; give it, or identifiable = false and a reason"
-        if not entry.identifiable and len(missing) < 2:
+        if not entry.identifiable and (len(missing) < 2 or entry.curve is not None):
             advice = "leave out estimate and std, or identifiable = false"
             yield f"gains.{entry.joint}: refused but has a number; {advice}"
     sizes, k = [len(row) for row in file.covariance or ()], len(given)
@@ -212,7 +233,7 @@ def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
             "unit": TURNING if revolute else SLIDING,
             "identifiable": isinstance(joint, IdentifiedGain),
             "estimate": getattr(joint, "value", None),
-            **{name: getattr(joint, name, None) for name in (*NUMBERS, "reason")},
+            **{name: getattr(joint, name, None) for name in (*NUMBERS, "reason", "curve")},
         }
         for j, (joint, revolute) in enumerate(zip(estimate.joints, origin.arm.revolute, strict=True), 1)
     ]
@@ -288,6 +309,8 @@ def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
         numbers = {name: getattr(entry, field) for name, entry in named}
         entries = [f"      {name}: {float(value)!r}" for name, value in numbers.items() if value is not None]
         lines += [f"    {key}:" if entries else f"    {key}: {{}}", *entries]
+    bent = [(entry, entry.curve) for _, entry in named if entry.curve is not None]
+    lines += [f"    # {x.words(e.joint - 1, e.estimate or 0.0, turns=e.unit == TURNING)}" for e, x in bent]
     refused = {name: entry.reason or "refused" for name, entry in named if entry.estimate is None}
     lines += [f"    # {name}: {' '.join(reason.split())}" for name, reason in refused.items()]
     return "\n".join(lines) + "\n"

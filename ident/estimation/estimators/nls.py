@@ -186,7 +186,10 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     found = solution(ready, chosen.final, chosen.model)
     if chosen.stiff is not None:
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0]))
-    return replace(judge_identifiability(NAME, problem, found), remarks=chosen.remarks)
+    estimate = judge_identifiability(NAME, problem, replace(found, curves=chosen.curves))
+    turns, own = problem.structure.arm.revolute.tolist(), estimate.identified.items()
+    curves = (each.curve.words(j, each.value, turns=turns[j]) for j, each in own if each.curve is not None)
+    return replace(estimate, remarks=(*chosen.remarks, *curves))
 
 
 def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:

@@ -11,9 +11,10 @@ from real_friction import GAIN, Truth
 from scipy.integrate import quad
 
 from ident.estimation import laws
-from ident.estimation.all_joints import fit
+from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.known_gains import estimated_gains
 from ident.estimation.laws import Coefficients, Place, coefficients, columns_of, expected_spread, with_laws
 from ident.estimation.setting import Term
 from ident.model.arm import arm_from_pinocchio
@@ -199,3 +200,30 @@ def test_the_spread_of_drives_is_expected_from_their_coefficients_and_what_is_st
         places = tuple(Place("size", 0, j) for j in range(k))
         found = expected_spread(Coefficients(places, value[:k], np.diag(noise[:k] ** 2)), stated)
         np.testing.assert_allclose(found, np.sqrt(squares / whole), rtol=0.01)  # steps of 12 %
+
+
+def test_a_curve_has_the_coefficients_of_its_laws_and_the_gain_at_any_other_reference(axes, monkeypatch):
+    logs = bent(bent(logs_of(Truth(), 5), "size"), "sign", 0.6)
+    fits, sizes, kept = list[Fit](), laws._sizes, laws._curves
+    monkeypatch.setattr(laws, "_curves", lambda found, before: fits.extend((found, before)) or kept(found, before))
+    monkeypatch.setattr(laws, "SURE", -np.inf)  # both are shown
+    both = {**dict.fromkeys(EXACT, 0.0), "size_std": 3.0, "sign_std": 2.0, "gain_laws": True}
+    estimate = gains(axes, logs, **both)
+    assert sum(each.startswith("joint") for each in estimate.remarks) == 3
+    found, before = fits
+    columns = {law: columns_of(law, found.ready, before) for law in ("size", "sign")}
+    same, peak = coefficients(found, columns), sizes(before)[1]
+    known = estimated_gains(estimate)
+    monkeypatch.setattr(laws, "_sizes", lambda before: (1.3 * sizes(before)[0], sizes(before)[1]))
+    there = estimated_gains(gains(axes, logs, **both))
+    for j, curve in known.curves.items():
+        size, sign = (same.places.index(Place(law, 0, j)) for law in ("size", "sign"))
+        scale, C = np.array((1.0 / peak[j], 1.0)), same.covariance[np.ix_((size, sign), (size, sign))]
+        np.testing.assert_allclose((curve.slope, curve.by_sign), same.value[[size, sign]] * scale, rtol=1e-12)
+        np.testing.assert_allclose(np.array(curve.covariance)[:, 1:], C * np.outer(scale, scale), rtol=1e-9)
+        assert curve.largest == max(np.abs(log.v[:, j]).max() for log in logs)
+        at = np.array(there.curves[j].current)
+        np.testing.assert_allclose(there.value[j], known.value[j] * curve.even.relative(at), rtol=1e-3)
+        # To first order, with a payload's share that is the same, and the larger of two estimates of each covariance.
+        more = curve.even.rel_variance(at) / known.log_covariance[j, j]
+        np.testing.assert_allclose(there.log_covariance[j, j] / known.log_covariance[j, j], 1.0 + more, atol=0.12)

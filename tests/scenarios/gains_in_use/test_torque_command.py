@@ -74,7 +74,7 @@ def test_the_largest_current_of_any_recording_of_the_gains_counts_whatever_its_s
         np.testing.assert_allclose(each.largest, np.abs(read_recording(log).v).max(axis=0), rtol=1e-12)
     one, other = given.recordings
     changed = (one.model_copy(update={"largest": (3.0, 2.0)}), other.model_copy(update={"largest": (1.0, 7.0)}))
-    file = given.model_copy(update={"recordings": changed})
+    file = given.model_copy(update={"recordings": changed, "gains": given.gains[:2]})
 
     def log(*largest: float) -> Recording:
         t = np.arange(5.0)

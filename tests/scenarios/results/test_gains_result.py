@@ -10,6 +10,7 @@ from page_parts import drawn_intervals, identified, plots, tables
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
+from ident.estimation.known_gains import KnownGains
 from ident.identification import Identification
 from ident.payload.payload import Payload
 from scenarios.rendering.content import Mood, Paragraph
@@ -278,7 +279,8 @@ def outcome(mass: float, std: float, *alone: tuple[float, float], gains: tuple[f
         body=SimpleNamespace(of=lambda name: found if name == "mass" else None),
         joints=[SimpleNamespace(mass=value, std=each) for value, each in alone],
     )
-    known = SimpleNamespace(joints=np.arange(len(gains)), value=np.array(gains))
+    k = len(gains)
+    known = KnownGains(names=("a", "b")[:k], joints=np.arange(k), value=np.array(gains), covariance=np.zeros((k, k)))
     return SimpleNamespace(weighed=weighed, gains=known)
 
 

@@ -181,7 +181,7 @@ def _curves(found: Fit, before: Fit) -> dict[int, GainCurve]:
             covariance=((C11[0], C11[1], C11[2]), (C12[0], C12[1], C12[2])),
         )
         for j in range(n)
-        for C11, C12 in [C[1:, j, :, j].tolist()]
+        for C11, C12 in [(C[1:, j, :, j] + 0.0).tolist()]
     }
 
 

@@ -1,0 +1,158 @@
+"""Gains that fall with the current, from a plant of which they do: identified, written, and used by every command."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from printed import fits, printed
+from quick import quick_scenario
+from undiagnosed import undiagnosed
+from weighed_cell import TWO_WEIGHTS, identified
+
+from ident.recordings.files import read_recording
+from ident.recordings.recording import Recording
+from scenarios.cli import main
+from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.gains_in_use.known_gains import check_currents
+from scenarios.results.gains_file import read_gains, ros_parameters
+from scenarios.support.errors import ScenarioError
+from sim.effects.motors import gain_at
+
+LAW = "[plant.errors]\ntorque_constant_falls = 0.15\n"
+ONE_LAW = [each for law in ("scale", "sign", "position", "time") for each in ("--option", f"{law}_std=0")]
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory) -> Path:
+    """Recordings bare, light and heavy, and gains from bare and heavy: constant.toml, and curve.toml with gain_laws."""
+    folder = tmp_path_factory.mktemp("bent")
+    path = quick_scenario(folder, TWO_WEIGHTS + LAW, method="nls", lasts=6.0)
+    path.write_text(
+        path.read_text().replace(
+            'motion = "short.toml"', 'motion = "short.toml"\nprotocol = ["bare", "light", "heavy"]'
+        )
+    )
+    with undiagnosed():
+        main(["run", str(path), "--save", str(folder / "run"), "--gains-out", str(folder / "constant.toml")])
+        words = [*identified(folder), "--option", "gain_laws=true", *ONE_LAW, "--gains-out", str(folder / "curve.toml")]
+        assert main([*words, "--save", str(folder / "saved")]) == 0
+    return folder
+
+
+def true_gain(cell: Path, current: np.ndarray) -> np.ndarray:
+    plant = setup_of(load_scenario(str(cell / "quick.toml"))).plant
+    return np.array([gain_at(plant.errors, plant.drives, each) for each in current])
+
+
+STEEP = [1, 2]
+"""The joints, from 0, that carry most: their currents range over enough of the law."""
+
+
+def test_the_curve_is_nearer_to_the_plant_s_than_any_constant_over_the_range_of_currents(cell):
+    curve, constant = (read_gains(cell / f"{name}.toml").known for name in ("curve", "constant"))
+    assert {*STEEP} <= {*curve.curves}
+    assert not constant.curves
+    for j in STEEP:
+        at = np.array((0.1, 1.0)) * curve.curves[j].largest
+        true = true_gain(cell, np.tile(at[:, None], (1, 6)))[:, j]
+        (mine,), (other,) = (gains.value[gains.joints == j] for gains in (curve, constant))
+        off = np.abs(mine * curve.curves[j].relative(at) / true - 1.0)
+        assert off.max() < 0.4 * np.abs(other / true - 1.0).max()  # 2 % of 9, and 1.4 of 6
+        assert (off < 0.5 * np.abs(mine / true - 1.0)).all()
+
+
+def test_torques_of_another_log_are_nearer_to_the_plant_s_through_the_curve(cell, tmp_path, capsys):
+    log, off = read_recording(cell / "run" / "light.parquet"), []
+    true = true_gain(cell, log.v) * log.v
+    for name in ("curve", "constant"):
+        out = tmp_path / f"{name}.parquet"
+        words = ["--gains", str(cell / f"{name}.toml"), "--out", str(out), "--json"]
+        assert main(["torque", str(cell / "run" / "light.parquet"), *words]) == 0
+        notes, table = printed(capsys, "torque")["notes"], pd.read_parquet(out)
+        assert [each[:8] for each in notes] == ([f"joint {j}:" for j in (1, 2, 3, 5)] if name == "curve" else [])
+        off.append([np.linalg.norm(table[f"tau{j + 1}"] - true[:, j]) / np.linalg.norm(true[:, j]) for j in STEEP])
+    assert (np.array(off[0]) < 0.4 * np.array(off[1])).all()  # 1.7 % of 5.1, and .4 of 2.1
+    assert np.max(off[0]) < 0.025
+
+
+def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
+    capsys.readouterr()
+    file = read_gains(cell / "curve.toml")
+    text = tomllib.loads((cell / "curve.toml").read_text())
+    fits(text, "gains")
+    result = json.loads((cell / "saved" / "result.json").read_text())
+    fits(result, "result")
+    assert [each["curve"] for each in result["gains"]] == [each.get("curve") for each in text["gains"]]
+    (line,) = [each for each in ros_parameters(file, tuple("abcdef")).splitlines() if "joint 2" in each]
+    assert line.strip().startswith("# joint 2: 0.9001 N m/unit at a current of 15")
+
+
+def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):
+    A, B = (json.loads(json.dumps(tomllib.loads((cell / "curve.toml").read_text()))) for _ in range(2))
+    share = []
+    for each in B["gains"]:
+        if curve := each.get("curve"):  # the same curve, stated at two thirds of the current
+            times = 1.0 + curve["slope"] * curve["current"] / 3.0
+            share.append(times)
+            each["estimate"], each["std"] = times * each["estimate"], times * each["std"]
+            curve["current"], curve["slope"] = curve["current"] / 1.5, curve["slope"] / times
+            curve["covariance"] = [[0.0] * 3] * 2
+    B["covariance"] = (np.outer(share, share) * B["covariance"]).tolist()
+    B["recordings"] = []
+    for name, file in (("A", A), ("B", B)):
+        (tmp_path / f"{name}.json").write_text(json.dumps(file))
+    assert main(["verify", str(tmp_path / "A.json"), str(tmp_path / "B.json"), "--json"]) == 0
+    for each in printed(capsys, "verify-gains")["joints"]:
+        assert abs(each["rel_change"]) < 1e-12
+        np.testing.assert_allclose(each["B"], each["A"], rtol=1e-12)
+    assert max(share) > 1.01
+
+
+def test_currents_beyond_those_with_which_a_gain_is_known_are_said(cell):
+    file = read_gains(cell / "curve.toml")
+    largest, log = file.largest_currents, read_recording(cell / "run" / "light.parquet")
+    np.testing.assert_allclose(largest[STEEP], [file.gains[j].curve.largest for j in STEEP], rtol=1e-3)
+    v = log.v.copy()
+    v[7] = 1.3 * largest * np.array([0.0, -1.0, 0.5, 1.0, 0.7, -0.7])  # joint 4 has no gain
+    assert check_currents(file, log) == ()
+    (said,) = check_currents(file, Recording(log.t, log.q, v, "log"))
+    assert (
+        said == f"v2 reaches {1.3 * largest[1]:.3g}, known up to {largest[1]:.3g}: at larger currents a gain may differ"
+    )
+
+
+def test_a_gain_written_by_hand_states_the_largest_current_at_which_it_holds(tmp_path):
+    path = tmp_path / "firmware.toml"
+    of = "[[gains]]\njoint = {}\nestimate = {}\nstd = 0.1\n{}\n"
+    path.write_text(of.format(1, 2.5, "largest_current = 4.5") + of.format(2, -7.0, ""))
+    t = np.arange(5.0)
+    log = Recording(t, np.outer(t, (0.3, 0.7)), np.outer((0.2, -1.0, 0.5, 0.9, 0.1), (4.6, 900.0)), "log")
+    assert check_currents(read_gains(path), log) == (
+        "v1 reaches 4.6, known up to 4.5: at larger currents a gain may differ",
+    )
+    path.write_text(of.format(1, 2.5, "largest_current = 0"))
+    with pytest.raises(ScenarioError, match=r"gains\.1\.largest_current"):
+        read_gains(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"slopes": 2.0}, "unknown key gains.1.curve.slopes; did you mean 'slope'"),
+        ({"current": -3.0}, "gains.1.curve.current: input should be greater than or equal to 0, got -3"),
+        ({"largest": 0}, "gains.1.curve.largest: input should be greater than 0, got 0"),
+        ({"covariance": [[0.0, 0.0, 0.0]]}, "gains.1.curve.covariance.2 is missing"),
+        ({"slope": 0.7}, "gains: joint 1: its gain changes its sign with the current; check the curve"),
+        ({"slope": float("nan")}, "gains.1.curve.slope: input should be a finite number"),
+    ],
+)
+def test_a_curve_that_cannot_be_is_refused_in_one_line(tmp_path, changes, words):
+    curve = {"current": 3.0, "largest": 5.0, "slope": 0.02, "by_sign": 0.01, "covariance": [[0.0] * 3] * 2}
+    path = tmp_path / "gains.json"
+    path.write_text(json.dumps({"gains": [{"joint": 1, "estimate": 2.0, "std": 0.1, "curve": curve | changes}]}))
+    with pytest.raises(ScenarioError, match=re.escape(words)):
+        read_gains(path)

@@ -46,9 +46,9 @@ class GainCurve:
         (with_gain, own, _), nothing = self.covariance[0], (0.0, 0.0, 0.0)
         return replace(self, by_sign=0.0, covariance=((with_gain, own, 0.0), nothing))
 
-    def words(self, joint: int, gain: float, *, turns: bool) -> str:
-        """Describe the curve of a joint, from 0, that turns or slides, and whose gain is g."""
-        said = f"joint {joint + 1}: {gain:.4g} {'N m' if turns else 'N'}/unit"
+    def words(self, joint: int, gain: float, unit: str) -> str:
+        """Describe the curve of a joint, from 0, with gain g, by the unit of its torque."""
+        said = f"joint {joint + 1}: {gain:.4g} {unit}/unit"
         if self.slope:
             end = gain * float(self.even.relative(np.array(self.largest)))
             way = "falls" if self.slope > 0.0 else "rises"

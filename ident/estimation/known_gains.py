@@ -56,7 +56,7 @@ class KnownGains:
             )
         if k and (int(self.joints[0]) < 0 or int(self.joints[-1]) >= n or (np.diff(self.joints) <= 0).any()):
             raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected increasing numbers from 1 to {n}")
-        for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
+        for joint, value in self.by_joint.items():
             if not np.isfinite(value) or value == 0.0:
                 raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g} is invalid; refuse the joint instead")
         for joint, curve in self.curves.items():
@@ -78,6 +78,11 @@ class KnownGains:
     def std(self) -> Array:
         """Standard deviations [N m / drive unit], shape (k,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def by_joint(self) -> dict[int, float]:
+        """The gains, by joint from 0."""
+        return dict(zip(self.joints.tolist(), self.value.tolist(), strict=True))
 
     @property
     def log_covariance(self) -> Array:
@@ -146,8 +151,8 @@ def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
 
 def _in_both(gains: KnownGains, other: KnownGains) -> list[tuple[int, float, float]]:
     """Joints with a gain in both sets, from 0, and both gains."""
-    joints, at, there = np.intersect1d(gains.joints, other.joints, return_indices=True)
-    return list(zip(joints.tolist(), gains.value[at].tolist(), other.value[there].tolist(), strict=True))
+    there = other.by_joint
+    return [(j, value, there[j]) for j, value in gains.by_joint.items() if j in there]
 
 
 def same_joint(number: int, one: str, other: str) -> bool:
@@ -191,7 +196,7 @@ def estimated_gains(estimate: GainEstimate) -> KnownGains:
 
 def held(gains: KnownGains) -> list[GivenGain]:
     """Return the gains as fixed gains of a fit of all joints."""
-    return [GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)]
+    return [GivenGain(*each) for each in gains.by_joint.items()]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

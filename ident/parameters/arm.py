@@ -196,7 +196,7 @@ class BareArm:
         arm, base = final.ready.shared.arm[self._shown], np.zeros(len(names))
         influence = np.zeros((len(names), len(final.rows.V)))
         base[arm], influence[arm] = final.theta[self._shown], final.of_theta(self._shown).influence
-        for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
+        for j, gain in self.gains.by_joint.items():
             own = zip(final.friction(j).items(), final.of_joint(j).influence, strict=True)
             for ((name, _), value), row in reversed(list(own)):  # values of the first motion are kept
                 at = names.index(f"{name}{j + 1}")

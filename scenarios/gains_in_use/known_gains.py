@@ -34,7 +34,7 @@ from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rou
 from scenarios.rendering.result import ResultModel
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint, Links
 from scenarios.results.diagnoses import diagnosed_values
-from scenarios.results.gains_file import TURNING, GainsFile, recording_digest
+from scenarios.results.gains_file import GainsFile, recording_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
@@ -113,8 +113,7 @@ def bare_result(
         stated = [(None, each) if isinstance(each, str) else (each, None) for each in forecast]
         joints = [ExpectedJoint(joint=j, rel_std=std, reason=reason) for j, (std, reason) in enumerate(stated, 1)]
         expected = ExpectedGains(mass=payload.mass, joints=joints)
-    gain = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
-    off = {} if known is None else ratios.against(known)
+    gain, off = ({}, {}) if known is None else (known.by_joint, ratios.against(known))
     share = {each.joint: each for each in predicted(found.selected.final.rows)}
     links = consistent_links(in_si, robot)
     result = BareResult(
@@ -263,7 +262,7 @@ class Torques(ResultModel):
                 TorqueJoint(
                     joint=joint + 1,
                     name=str(file.gains[joint].name or ""),
-                    unit="N m" if file.gains[joint].unit == TURNING else "N",
+                    unit=file.gains[joint].torque_unit,
                     rms=float(np.sqrt(np.mean(found.tau[:, k] ** 2))),
                     peak=float(abs(found.tau[at, k])),
                     peak_std=float(found.std[at, k]),

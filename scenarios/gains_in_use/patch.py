@@ -25,7 +25,6 @@ from ident.observation.observation import ObserveOptions
 from ident.parameters.links import ModelLinks
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
-from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.robots import model_base, nominal_links
@@ -37,7 +36,9 @@ from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.bare import FAR, BareParameter, BareResult, Link
 from scenarios.results.diagnoses import TOLD, unseen_parts, unseen_verdict
 from scenarios.results.gains_file import GainEntry, GainsFile
+from scenarios.results.problem_folder import read_json
 from scenarios.support.errors import ScenarioError
+from sim.tables import fault_of
 
 NO_NOMINAL = "no data-sheet gains are given (--nominal)"
 NO_BARE = "no identification of bare motions is given (--arm)"
@@ -68,16 +69,12 @@ DRAWN = (
 
 def read_bare(path: Path) -> BareResult:
     """Read the results of bare motions; raises `ScenarioError` if the file is missing or not such a result."""
-    content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
+    document = read_json(path)
     try:
-        return BareResult.model_validate_json(content)
+        return BareResult.model_validate(document)
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        raise ScenarioError(
-            f"{one_line(path)}: {place + ': ' if place else ''}{one_line(first['msg'])}; expected what `rx90 identify "
-            "--model ROBOT --unloaded A --json` prints of bare motions"
-        ) from error
+        expected = "expected what `rx90 identify --model ROBOT --unloaded A --json` prints of bare motions"
+        raise ScenarioError(f"{one_line(path)}: {fault_of(error)}; {expected}") from error
 
 
 def joint_values(
@@ -323,8 +320,7 @@ def predicted_by_models(
     found = predicted(unseen, *used)
     if log.payload is not None:
         return found
-    by_joint = dict(zip(gains.known.joints.tolist(), gains.known.value.tolist(), strict=True))
-    said = link_mass_factor(unseen.parts, by_joint, nominal_links(model, flange).whole)
+    said = link_mass_factor(unseen.parts, gains.known.by_joint, nominal_links(model, flange).whole)
     if said is None or said.severity is Severity.GOOD:
         return found
     doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")

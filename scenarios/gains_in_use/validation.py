@@ -34,8 +34,8 @@ from scenarios.results.diagnoses import (
     unseen_parts,
     unseen_verdict,
 )
-from scenarios.results.gains import common_unit, gain_units
-from scenarios.results.gains_file import TURNING, GainsFile
+from scenarios.results.gains import common_unit
+from scenarios.results.gains_file import GainsFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,8 +76,7 @@ class GainComparison(ResultModel):
     def of(cls, found: gain_comparison.GainComparison, A: GainsFile, B: GainsFile) -> "GainComparison":
         """Return the result of a comparison of the gains of two files."""
         seen = {each.sha256 for each in B.recordings}
-        of_B = B.known.at_currents_of(A.known.curves)
-        value = dict(zip(of_B.joints.tolist(), of_B.value.tolist(), strict=True))
+        value = B.known.at_currents_of(A.known.curves).by_joint
         return cls(
             moved=found.moved,
             joints=[
@@ -88,7 +87,7 @@ class GainComparison(ResultModel):
                     name=A.gains[j].name or B.gains[j].name or str(j + 1),
                     A=A.gains[j].estimate or 0.0,
                     B=value[j],
-                    unit=gain_units([A.gains[j].unit == TURNING])[0],
+                    unit=f"{A.gains[j].torque_unit}/unit",
                 )
                 for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
             ],

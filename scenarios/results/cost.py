@@ -107,8 +107,7 @@ class ResultCost(ResultModel):
         shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
         curves = {j: each.curve for j, each in enumerate(joints) if isinstance(each, IdentifiedGain) and each.curve}
-        gains = a_priori.gains.at_currents_of(curves)
-        believed = dict(zip(gains.joints.tolist(), gains.value.tolist(), strict=True))
+        believed = a_priori.gains.at_currents_of(curves).by_joint
 
         def both(name: str, of: Callable[[GainsOutcome], tuple[float | None, float | None]]) -> dict[str, float | None]:
             (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (a_priori, found))

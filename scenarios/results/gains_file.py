@@ -70,6 +70,17 @@ class GainEntry(Table):
         None, gt=0.0, description="Largest current at which the gain is known [drive units], if `recordings` do not say"
     )
 
+    @property
+    def torque_unit(self) -> str:
+        """Unit of the torque, N of a prismatic joint."""
+        return "N m" if self.unit == TURNING else "N"
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The curve in words, if there is one."""
+        told = self.curve and self.curve.words(self.joint - 1, self.estimate or 0.0, self.torque_unit)
+        return () if told is None else (told,)
+
 
 class ModelEntry(Table):
     """The robot's model file."""
@@ -161,11 +172,8 @@ class GainsFile(Table):
     def notes(self) -> tuple[str, ...]:
         """Return remarks on unusual but valid gains: negative ones, and those that depend on the current."""
         gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
-        found = [f"{each.sentence}; {each.advice}" for each in negative(gains)]
-        for j, gain in gains.items():
-            if (curve := self.gains[j].curve) is not None:
-                found.append(curve.words(j, gain, turns=self.gains[j].unit == TURNING))
-        return tuple(found)
+        found = (f"{each.sentence}; {each.advice}" for each in negative(gains))
+        return (*found, *(words for entry in self.gains for words in entry.words))
 
 
 def read_gains(path: Path) -> GainsFile:
@@ -309,8 +317,7 @@ def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
         numbers = {name: getattr(entry, field) for name, entry in named}
         entries = [f"      {name}: {float(value)!r}" for name, value in numbers.items() if value is not None]
         lines += [f"    {key}:" if entries else f"    {key}: {{}}", *entries]
-    bent = [(entry, entry.curve) for _, entry in named if entry.curve is not None]
-    lines += [f"    # {x.words(e.joint - 1, e.estimate or 0.0, turns=e.unit == TURNING)}" for e, x in bent]
+    lines += [f"    # {words}" for entry in file.gains for words in entry.words]
     refused = {name: entry.reason or "refused" for name, entry in named if entry.estimate is None}
     lines += [f"    # {name}: {' '.join(reason.split())}" for name, reason in refused.items()]
     return "\n".join(lines) + "\n"
@@ -327,7 +334,7 @@ def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
     columns, units = {"t": found.t}, {"t": "s"}
     for k, joint in enumerate(found.joints.tolist()):
         tau, reach = found.tau[:, k], DEVIATIONS * found.std[:, k]
-        name, unit = f"tau{joint + 1}", "N m" if file.gains[joint].unit == TURNING else "N"
+        name, unit = f"tau{joint + 1}", file.gains[joint].torque_unit
         for column, values in ((name, tau), (f"{name}_low", tau - reach), (f"{name}_high", tau + reach)):
             columns[column], units[column] = values, unit
     fields = [pa.field(name, pa.float64(), metadata={"unit": units[name]}) for name in columns]

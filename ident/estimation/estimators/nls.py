@@ -187,8 +187,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     if chosen.stiff is not None:
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0]))
     estimate = judge_identifiability(NAME, problem, replace(found, curves=chosen.curves))
-    turns, own = problem.structure.arm.revolute.tolist(), estimate.identified.items()
-    curves = (each.curve.words(j, each.value, turns=turns[j]) for j, each in own if each.curve is not None)
+    units = np.where(problem.structure.arm.revolute, "N m", "N").tolist()
+    own = ((j, each.value, each.curve) for j, each in estimate.identified.items())
+    curves = (curve.words(j, g, units[j]) for j, g, curve in own if curve is not None)
     return replace(estimate, remarks=(*chosen.remarks, *curves))
 
 

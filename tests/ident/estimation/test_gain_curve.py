@@ -54,8 +54,7 @@ def test_the_variance_of_a_gain_is_that_of_the_sum_with_what_is_correlated():
     ],
 )
 def test_a_curve_is_said_in_one_line(curve, words):
-    assert curve.words(1, 41.0, turns=True).startswith(words)
-    assert " 41 N/unit" in curve.words(1, 41.0, turns=False)
+    assert curve.words(1, 41.0, "N m").startswith(words)
 
 
 def bent(estimate: GainEstimate, joint: int, curve: GainCurve) -> GainEstimate:

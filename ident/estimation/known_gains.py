@@ -244,11 +244,6 @@ def shares(found: Sensitivity, options: GainOptions, gains: KnownGains | None, r
     return Shares(residual=residual, gains=of_gains, model=B @ B.T)
 
 
-def deviations(covariance: Array) -> Array:
-    """Return standard deviations; negative variances due to rounding are 0."""
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointTorque:
     """Torques of the joints that have a gain, tau = g(v) v (paper, eq. 7): of the drive, with friction and offset.

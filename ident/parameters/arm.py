@@ -21,8 +21,8 @@ import numpy as np
 from ident.estimation.all_joints import Fit
 from ident.estimation.estimate import IdentifiedGain, ratio_refusal
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
-from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.known_gains import KnownGains, Shares, deviations, held, shares
+from ident.estimation.intervals import UNCERTAINTIES, deviations
+from ident.estimation.known_gains import KnownGains, Shares, held, shares
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import Columns
 from ident.estimation.selection import AlternativeModel, Selected

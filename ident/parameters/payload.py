@@ -20,7 +20,8 @@ from functools import cached_property
 import numpy as np
 
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.known_gains import KnownGains, Shares, deviations
+from ident.estimation.intervals import deviations
+from ident.estimation.known_gains import KnownGains, Shares
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns
 from ident.estimation.selection import Selected

@@ -13,7 +13,7 @@ from quick import quick_scenario
 from undiagnosed import undiagnosed
 from weighed_cell import TWO_WEIGHTS, identified
 
-from ident.recordings.files import read_recording
+from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario, setup_of
@@ -112,17 +112,20 @@ def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):
     assert max(share) > 1.01
 
 
-def test_currents_beyond_those_with_which_a_gain_is_known_are_said(cell):
+def test_currents_beyond_those_with_which_a_gain_is_known_are_said(cell, tmp_path, capsys):
     file = read_gains(cell / "curve.toml")
     largest, log = file.largest_currents, read_recording(cell / "run" / "light.parquet")
     np.testing.assert_allclose(largest[STEEP], [file.gains[j].curve.largest for j in STEEP], rtol=1e-3)
     v = log.v.copy()
     v[7] = 1.3 * largest * np.array([0.0, -1.0, 0.5, 1.0, 0.7, -0.7])  # joint 4 has no gain
     assert check_currents(file, log) == ()
-    (said,) = check_currents(file, Recording(log.t, log.q, v, "log"))
-    assert (
-        said == f"v2 reaches {1.3 * largest[1]:.3g}, known up to {largest[1]:.3g}: at larger currents a gain may differ"
-    )
+    (said,) = check_currents(file, beyond := Recording(log.t, log.q, v, "log"))
+    most = f"v2 reaches {1.3 * largest[1]:.3g}, known up to {largest[1]:.3g}"
+    assert said == f"{most}: at larger currents a gain may differ"
+    write_recording(beyond, tmp_path / "beyond.parquet")
+    words = ["--gains", str(cell / "curve.toml"), "--out", str(tmp_path / "torque.parquet"), "--json"]
+    assert main(["torque", str(tmp_path / "beyond.parquet"), *words]) == 0
+    assert printed(capsys, "torque")["notes"][-1] == said
 
 
 def test_a_gain_written_by_hand_states_the_largest_current_at_which_it_holds(tmp_path):
@@ -142,6 +145,7 @@ def test_a_gain_written_by_hand_states_the_largest_current_at_which_it_holds(tmp
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
+        ({}, "gains.1: refused but has a number"),
         ({"slopes": 2.0}, "unknown key gains.1.curve.slopes; did you mean 'slope'"),
         ({"current": -3.0}, "gains.1.curve.current: input should be greater than or equal to 0, got -3"),
         ({"largest": 0}, "gains.1.curve.largest: input should be greater than 0, got 0"),
@@ -153,6 +157,8 @@ def test_a_gain_written_by_hand_states_the_largest_current_at_which_it_holds(tmp
 def test_a_curve_that_cannot_be_is_refused_in_one_line(tmp_path, changes, words):
     curve = {"current": 3.0, "largest": 5.0, "slope": 0.02, "by_sign": 0.01, "covariance": [[0.0] * 3] * 2}
     path = tmp_path / "gains.json"
-    path.write_text(json.dumps({"gains": [{"joint": 1, "estimate": 2.0, "std": 0.1, "curve": curve | changes}]}))
+    known = {} if changes == {} else {"estimate": 2.0, "std": 0.1}
+    entry = {"joint": 1, "identifiable": bool(known), **known, "curve": curve | changes}
+    path.write_text(json.dumps({"gains": [entry]}))
     with pytest.raises(ScenarioError, match=re.escape(words)):
         read_gains(path)

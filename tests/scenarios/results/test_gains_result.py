@@ -10,6 +10,7 @@ from page_parts import drawn_intervals, identified, plots, tables
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
+from ident.estimation.gain_curve import GainCurve
 from ident.estimation.known_gains import KnownGains
 from ident.identification import Identification
 from ident.payload.payload import Payload
@@ -282,6 +283,16 @@ def outcome(mass: float, std: float, *alone: tuple[float, float], gains: tuple[f
     k = len(gains)
     known = KnownGains(names=("a", "b")[:k], joints=np.arange(k), value=np.array(gains), covariance=np.zeros((k, k)))
     return SimpleNamespace(weighed=weighed, gains=known)
+
+
+def test_gains_are_compared_with_a_priori_ones_at_the_same_current():
+    mine, its = (
+        GainCurve(current=each, largest=9.0, slope=0.03, by_sign=0.02, covariance=((0.0,) * 3,) * 2) for each in (4, 7)
+    )
+    a_priori = outcome(5.6, 0.12, (5.9, 0.2), gains=(2.0,))
+    a_priori.gains = replace(a_priori.gains, curves={0: its})
+    (joint,) = ResultCost.of(a_priori, (replace(identified(1.7, 0.02), curve=mine),)).joints
+    np.testing.assert_allclose(joint.rel_difference, 2.0 * 1.09 / 1.7 - 1.0, rtol=1e-12)
 
 
 def test_estimates_with_either_gains_keep_their_own_deviations():

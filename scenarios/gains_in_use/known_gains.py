@@ -40,8 +40,8 @@ from sim.errors import PlantError
 
 NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 Options = TypeVar("Options")
-GIVEN = ("gain_joint", "gain_value")
-"""Options that define the common factor of gains; not applicable with given gains."""
+GIVEN = ("gain_joint", "gain_value", "gain_laws")
+"""Options that define or correct the gains; not applicable with given gains."""
 
 
 def _prepared(

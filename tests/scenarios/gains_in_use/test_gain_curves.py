@@ -17,7 +17,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario, setup_of
-from scenarios.gains_in_use.known_gains import check_currents
+from scenarios.gains_in_use.known_gains import check_currents, model_options
 from scenarios.results.gains_file import read_gains, ros_parameters
 from scenarios.support.errors import ScenarioError
 from sim.effects.motors import gain_at
@@ -89,6 +89,12 @@ def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
     assert [each["curve"] for each in result["gains"]] == [each.get("curve") for each in text["gains"]]
     (line,) = [each for each in ros_parameters(file, tuple("abcdef")).splitlines() if "joint 2" in each]
     assert line.strip().startswith("# joint 2: 0.9001 N m/unit at a current of 15")
+
+
+def test_options_of_laws_are_none_of_commands_with_given_gains(cell):
+    file = read_gains(cell / "curve.toml")
+    assert file.options.method["gain_laws"] is True
+    assert model_options(file, ["friction=cbrt"]).friction == "cbrt"  # with which laws are refused
 
 
 def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):

@@ -26,7 +26,7 @@ from ident.estimation.known_gains import KnownGains, Shares, held, shares
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import Columns
 from ident.estimation.selection import AlternativeModel, Selected
-from ident.estimation.setting import GivenGain
+from ident.estimation.setting import GivenGain, Setting
 from ident.model.parameters import unit_of
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices, Mask
@@ -204,9 +204,12 @@ class BareArm:
         return base, UNCERTAINTIES[self.problem.options.uncertainty](final.rows, influence)
 
 
-def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
-    """Identify ratios of gains, and the arm in drive units; `NotIdentifiable` if no two joints share a parameter."""
-    ready = setting_of(problem, options, [GivenGain(0, 1.0)])
+def gain_ratios(problem: Problem, options: AllJointsOptions, believed: KnownGains | None = None) -> BareArm:
+    """Identify ratios of gains, with believed curves, and the arm in drive units.
+
+    Raises `NotIdentifiable` if no two joints share a parameter.
+    """
+    ready = linearised(setting_of(problem, options, [GivenGain(0, 1.0)]), believed)
     given = ready.braked()
     selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std
     best = surest(_log_covariance(problem, selected), most)
@@ -228,12 +231,16 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
 
 
 def with_fixed_gains(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> Selected:
-    """Fit all joints with fixed gains, to the currents of constant gains; GainsError if these are not of the arm."""
+    """Fit all joints with fixed gains; raises GainsError if these are not of the arm."""
     gains.check_arm(problem.structure.arm)
-    ready = setting_of(problem, options, held(gains))
-    if gains.curves:
-        ready = ready.with_currents(ready.columns.V * gains.relative(ready.columns.V, ready.columns.joint))
-    return chosen_model(ready, options)
+    return chosen_model(linearised(setting_of(problem, options, held(gains)), gains), options)
+
+
+def linearised(ready: Setting, gains: KnownGains | None) -> Setting:
+    """Return the same problem with the currents of constant gains that have the same torques."""
+    if gains is None or not gains.curves:
+        return ready
+    return ready.with_currents(ready.columns.V * gains.relative(ready.columns.V, ready.columns.joint))
 
 
 def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:

@@ -104,7 +104,7 @@ def bare_result(
     determine no ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
     prepared, diagnosed = _prepared(motions, robot.structure, observing, gains, policy)
-    found = gain_ratios(prepared.problem, options)
+    found = gain_ratios(prepared.problem, options, known)
     ratios, arm, expected = found.ratios, robot.structure.arm, None
     assert ratios is not None, "ratios were asked for"
     in_si = None if known is None else arm_in_SI(prepared.problem, options, known)

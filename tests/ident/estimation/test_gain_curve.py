@@ -13,7 +13,7 @@ from ident.estimation.estimate import GainEstimate
 from ident.estimation.gain_curve import GainCurve
 from ident.estimation.known_gains import KnownGains, estimated_gains, joint_torque
 from ident.estimation.problem import Problem
-from ident.parameters.arm import arm_in_use
+from ident.parameters.arm import arm_in_use, gain_ratios
 from ident.parameters.payload import payload_of
 from ident.parameters.weighing import masses_alone
 from ident.recordings.recording import Recording
@@ -143,8 +143,12 @@ def test_a_payload_is_weighed_through_the_curve(structure, heavy, rng, curves):
 def test_an_arm_is_identified_through_the_curve(structure, rng, curves):
     chi = rng.uniform(0.5, 2.0, 84)
     plain = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-5)
-    found = arm_in_use(curved(plain, curves), replace(known(), curves=curves)).in_si()[0]
+    problem, of_gains = curved(plain, curves), replace(known(), curves=curves)
+    found = arm_in_use(problem, of_gains).in_si()[0]
     np.testing.assert_allclose(found, arm_in_use(plain, known()).in_si()[0], rtol=1e-6, atol=1e-8)
+    one, other = gain_ratios(problem, PLAIN, of_gains), gain_ratios(plain, PLAIN)
+    np.testing.assert_allclose(one.ratios.value, other.ratios.value, rtol=1e-6)
+    assert one.friction[1][0].value == pytest.approx(other.friction[1][0].value, rel=1e-6)
 
 
 def test_a_motion_is_predicted_through_the_curve(structure, heavy, rng, curves):

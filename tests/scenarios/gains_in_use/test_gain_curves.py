@@ -8,13 +8,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from bad_files import refused
 from printed import fits, printed
 from quick import quick_scenario
 from undiagnosed import undiagnosed
 from weighed_cell import TWO_WEIGHTS, identified
 
+from ident.estimation.known_gains import KnownGains
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
+from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.gains_in_use.known_gains import check_currents, model_options
@@ -168,3 +171,13 @@ def test_a_curve_that_cannot_be_is_refused_in_one_line(tmp_path, changes, words)
     path.write_text(json.dumps({"gains": [entry]}))
     with pytest.raises(ScenarioError, match=re.escape(words)):
         read_gains(path)
+
+
+def test_bare_motions_are_identified_through_the_curve(cell, monkeypatch, capsys):
+    def ratios(_: object, __: object, believed: KnownGains) -> None:
+        raise NotIdentifiable(f"curves of {[*believed.curves]}")
+
+    monkeypatch.setattr("scenarios.gains_in_use.known_gains.gain_ratios", ratios)
+    words = [*identified(cell)[:5], "--gains", str(cell / "curve.toml")]
+    with undiagnosed():
+        assert "curves of [0, 1, 2, 4]" in refused(capsys, words)

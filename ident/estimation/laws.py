@@ -178,10 +178,10 @@ def _curves(found: Fit, before: Fit) -> dict[int, GainCurve]:
             largest=float(largest[j]),
             slope=float(value[0, j]),
             by_sign=float(value[1, j]),
-            covariance=((C11[0], C11[1], C11[2]), (C12[0], C12[1], C12[2])),
+            covariance=((a[0], a[1], a[2]), (b[0], b[1], b[2])),
         )
         for j in range(n)
-        for C11, C12 in [(C[1:, j, :, j] + 0.0).tolist()]
+        for a, b in [(C[1:, j, :, j] + 0.0).tolist()]
     }
 
 

@@ -97,9 +97,13 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         assert isinstance(last, Exact), "a fault of the logs"
         corrected, problem = known.of(last), last.read.problem
         if corrected is not None and _linear(corrected):
-            small, own = directions(reference(problem), last.read), stated(problem, corrected)
-            stiff, model = corrected.solution.stiff, last.read.model
-            diagnoses += lacks_of(own, small, logs.names, model, known.reestimate, stiff=stiff)
+            after, own = survey(last.read), stated(problem, corrected)
+            further = [*_Known(corrected, own, known.reestimate).beyond_first_order(after)]
+            diagnoses += [_of_fault(each, after, known) for each in further]
+            if not further:
+                model = last.read.model
+                stiff = corrected.solution.stiff
+                diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
     else:
         elastic = any(
             each.best.alternative.family == ELASTICITY for each in found

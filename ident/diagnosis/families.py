@@ -209,6 +209,21 @@ def _ordered(
     )  # fmt: skip
 
 
+def couplings(logs: Logs) -> Iterator[Alternative]:
+    """A position that includes that of a neighbour in all logs, as controllers tell an elbow against the horizontal."""
+    n = logs.structure.arm.n
+    for j, beside, share in product(range(n), (-1, 1), (1.0, -1.0)):
+        if 0 <= (i := j + beside) < n:
+            mixing = np.zeros((n, n))
+            mixing[j, i] = -share
+            sign, remedy = ("plus", "-") if share > 0.0 else ("minus", "")
+            yield Alternative(
+                family="coupling", words=f"q{j + 1} is the position of joint {j + 1} {sign} that of joint {i + 1}",
+                joints=(j,), logs=logs.every, hypothesis=logs.given.changed(logs.every, q_mixing=mixing),
+                advice=f"state coupling = [[{j + 1}, {remedy}{i + 1}]] in [q] of a log description",
+            )  # fmt: skip
+
+
 SAME = 1e-6
 """Difference of unit vectors below which directions of gravity are equal."""
 
@@ -504,6 +519,7 @@ FAMILIES: tuple[Family, ...] = (
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),
     ),
     Family(name="order", alternatives=orders, excluded={"order": "exchanged or reordered columns"}),
+    Family(name="coupling", alternatives=couplings, excluded={"coupling": "positions that include a neighbour's"}),
     Family(
         name="base", alternatives=bases, directions=small_tilts,
         excluded={"base": "a different orientation of the base"},

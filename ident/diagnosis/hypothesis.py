@@ -27,11 +27,13 @@ from ident.support.arrays import Array, Indices, Mask, once_per_object, readonly
 class LogHypothesis:
     """A hypothesis on the columns of a log.
 
-    The arm has `q = q_factor * q_log[:, q_order] + zero` and `v = v_factor * v_log[:, v_order]`, time is `clock` times
-    that of the log, and currents act `delay` earlier than they are logged.
+    The arm has `q = q_factor * p + p @ q_mixing.T + zero`, where `p = q_log[:, q_order]`, and
+    `v = v_factor * v_log[:, v_order]`; time is `clock` times that of the log, and currents act `delay` earlier than
+    they are logged.
 
     Attributes:
         q_factor: Factor of each joint's position, shape (n,).
+        q_mixing: Shares of other joints' positions in each, shape (n, n), zero unless they are coupled.
         zero: Position of the arm at position 0 of the log [rad or m], shape (n,).
         q_order: Column of the position of each joint, from 0, shape (n,).
         v_order: Column of the current of each joint, from 0, shape (n,).
@@ -41,6 +43,7 @@ class LogHypothesis:
     """
 
     q_factor: Array
+    q_mixing: Array
     zero: Array
     q_order: Indices
     v_order: Indices
@@ -54,14 +57,19 @@ class LogHypothesis:
         own = np.arange(len(self.zero))
         in_place = (self.q_order == own).all() and (self.v_order == own).all()
         plain = (self.q_factor == 1.0).all() and (self.v_factor == 1.0).all() and self.clock == 1.0
-        return bool(in_place and plain and not self.zero.any() and not self.delay.any())
+        return bool(in_place and plain and not any(x.any() for x in (self.zero, self.delay, self.q_mixing)))
+
+    def mixed(self, x: Array) -> Array:
+        """Return positions, speeds or accelerations of the arm, without zeros, from those of the log, (N, n)."""
+        ordered = x[:, self.q_order]
+        return self.q_factor * ordered + ordered @ self.q_mixing.T if self.q_mixing.any() else self.q_factor * ordered
 
     def read(self, log: Recording) -> Recording:
         """Return the log under this hypothesis; the same object if nothing changes."""
         if self.changes_nothing:
             return log
         v = self.v_factor * log.v[:, self.v_order]
-        t, q = self.clock * log.t, self.q_factor * log.q[:, self.q_order] + self.zero
+        t, q = self.clock * log.t, self.mixed(log.q) + self.zero
         if self.delay.any():
             periods = self.delay / log.period
             v = np.column_stack([delayed(each[:, None], -float(p)) for each, p in zip(v.T, periods, strict=True)])
@@ -69,7 +77,10 @@ class LogHypothesis:
 
     def read_mask(self, spoilt: Mask | None) -> Mask | None:
         """Mask of spoilt samples of each joint's position or current under this hypothesis, shape (N, n)."""
-        return None if spoilt is None else spoilt[:, self.q_order] | spoilt[:, self.v_order]
+        if spoilt is None:
+            return None
+        of_q = spoilt[:, self.q_order]
+        return of_q | (of_q @ (self.q_mixing.T != 0.0)) | spoilt[:, self.v_order]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,8 +116,8 @@ def as_logged(arm: Arm, logs: int) -> Hypothesis:
     """Return the hypothesis that logs and model are correct."""
     n, order = arm.n, np.arange(arm.n)
     own = LogHypothesis(
-        q_factor=np.ones(n), zero=np.zeros(n), q_order=order, v_order=order, v_factor=np.ones(n), clock=1.0,
-        delay=np.zeros(n),
+        q_factor=np.ones(n), q_mixing=np.zeros((n, n)), zero=np.zeros(n), q_order=order, v_order=order,
+        v_factor=np.ones(n), clock=1.0, delay=np.zeros(n),
     )  # fmt: skip
     return Hypothesis(logs=(own,) * logs, gravity=arm.gravity, length_factors=np.ones(n))
 

@@ -209,16 +209,24 @@ def _normals(
         distinct, N = dict[bytes, tuple[int, Hypothesis]](), len(log.v)
         for which, each in enumerate(hypotheses):
             how = each.logs[k]
-            parts = each.gravity, each.length_factors, how.q_factor, how.zero, how.q_order, np.float64(how.clock)
+            parts = (
+                each.gravity,
+                each.length_factors,
+                how.q_factor,
+                how.q_mixing,
+                how.zero,
+                how.q_order,
+                np.float64(how.clock),
+            )
             number[which, k], _ = distinct.setdefault(b"".join(part.tobytes() for part in parts), (len(distinct), each))
         states = [each for _, each in distinct.values()]
         own = [each.logs[k] for each in states]
         moving = np.array([log.moving[:, how.q_order] for how in own], np.float64)  # (S, N, n)
         blocks = regressor_blocks(
             arm,
-            np.concatenate([how.q_factor * log.q[:, how.q_order] + how.zero for how in own]),
-            np.concatenate([how.q_factor * log.dq[:, how.q_order] / how.clock for how in own]),
-            np.concatenate([how.q_factor * log.ddq[:, how.q_order] / how.clock**2 for how in own]),
+            np.concatenate([how.mixed(log.q) + how.zero for how in own]),
+            np.concatenate([how.mixed(log.dq) / how.clock for how in own]),
+            np.concatenate([how.mixed(log.ddq) / how.clock**2 for how in own]),
             weight=moving.reshape(-1, arm.n),
             size=TOGETHER * N,
             first=joints[0],

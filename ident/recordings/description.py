@@ -124,6 +124,12 @@ def _is_encoding(value: object) -> bool:
         return False
 
 
+def _is_coupling(value: object) -> bool:
+    pair = cast("list[object]", value) if isinstance(value, list) else []
+    whole = [x for x in pair if isinstance(x, int) and not isinstance(x, bool) and 1 <= abs(x) <= MOST]
+    return len(pair) == len(whole) == 2 and whole[0] > 0 and abs(whole[1]) != whole[0]
+
+
 NUMBERS = "a number, or an array of numbers, one per joint"
 NOT_ZERO = Key(f"{NUMBERS}, not 0", lambda value: _is_number(value) and value != 0, many=True)
 RATE = Key("a sampling rate [Hz], above 0", lambda value: _is_number(value) and cast("float", value) > 0.0)
@@ -134,6 +140,7 @@ BITS = Key(
     lambda value: isinstance(value, int) and 1 <= value <= 32,
     many=True,
 )
+COUPLING = Key("pairs of joints, such as [[3, -2]]", _is_coupling, many=True)
 LINE = Key(
     f"a line number, 1 to {LAST_LINE}",
     lambda value: isinstance(value, int) and is_number(value) and 1 <= value <= LAST_LINE,
@@ -170,6 +177,8 @@ class Channels:
         counts_per_turn: Encoder counts per turn of the joint, for positions in ticks.
         sign: 1 or -1.
         zero: Offset added to a position after its sign, in the log's unit: the position at a logged 0.
+        coupling: Pairs J, I of joints, from 1: the position of J is that logged plus that logged of I, or minus it
+            for a negative I.
         sign_bit: Bit that is set for negative numbers, beside their magnitude; 0 for none.
         bits: Length of a word in two's complement that was logged as unsigned; 0 if it was not.
         constant: Torque constant with which the controller multiplied the current [N m/A]; None if not declared, empty
@@ -181,6 +190,7 @@ class Channels:
     counts_per_turn: Annotated[tuple[float, ...], NOT_ZERO] = ()
     sign: Annotated[tuple[float, ...], SIGNS] = ()
     zero: Annotated[tuple[float, ...], Key(NUMBERS, _is_number, many=True)] = ()
+    coupling: Annotated[tuple[tuple[int, int], ...], COUPLING] = ()
     sign_bit: Annotated[tuple[float, ...], BITS] = ()
     bits: Annotated[tuple[float, ...], BITS] = ()
     constant: Annotated[tuple[float, ...] | None, NOT_ZERO.or_word(UNKNOWN, ())] = None
@@ -243,7 +253,7 @@ class LogDescription:
 PARTS = {
     "t": {"column": TEXTS, "unit": TEXTS, "rate_hz": RATE},
     "q": keys_of(Channels, without=("constant",)),
-    "v": keys_of(Channels, without=("counts_per_turn", "zero")),
+    "v": keys_of(Channels, without=("counts_per_turn", "zero", "coupling")),
     "file": keys_of(TextLayout),
 }
 """Keys of the tables of a description."""

@@ -150,7 +150,12 @@ def read_log(
         for name, unit, _, sign, _, sign_bit, bits, constant in meant.v.each
     ]
     t = np.sum([columns[name][kept] * TIME[unit] for name, unit, *_ in meant.t.each], axis=0)
-    recording = Recording(t, np.column_stack(q), np.column_stack(v), place)
+    positions = np.column_stack(q)
+    for j, i in meant.q.coupling:
+        if max(j, abs(i)) > len(q):
+            raise RecordingError(f"{place}: coupling of joints {j} and {abs(i)}: the log has {len(q)} joints")
+        positions[:, j - 1] += np.sign(i) * q[abs(i) - 1]
+    recording = Recording(t, positions, np.column_stack(v), place)
     if check is not None:
         check(recording, t_unit=meant.t.unit[0])
     signal, words, note = meant.signal, f"{meaning.words} [{meaning.unit}]" if meaning else DRIVE_UNITS, ""

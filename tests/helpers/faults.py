@@ -25,6 +25,10 @@ IN_ONE = {
 """Faults of the loaded log, by the words for them: the family that is told, if any, and the change of a log."""
 IN_ALL = {
     "the zero of q2 is off by 90 degrees": ("zero", lambda x: changed(x, q=x.q - at(1, np.pi / 2, 0.0, 3))),
+    "q3 is the position of joint 3 plus that of joint 2": (
+        "coupling",
+        lambda x: changed(x, q=x.q + np.outer(x.q[:, 1], [0.0, 0.0, 1.0])),
+    ),
     "joints 2 and 3 are exchanged": ("", lambda x: changed(x, q=exchanged(x.q, 1, 2), v=exchanged(x.v, 1, 2))),
     "columns q are shifted by one place, the first joint last": ("", lambda x: changed(x, q=x.q[:, [1, 2, 0]])),
     "columns v are shifted by one place, the last joint first": ("", lambda x: changed(x, v=x.v[:, [2, 0, 1]])),

@@ -59,6 +59,17 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     np.testing.assert_allclose(2.0 * np.pi / counts * (percent[1] + zero), right[1], rtol=1e-3, atol=1e-3)  # 4 digits
 
 
+def test_the_advice_on_a_coupling_of_positions_undoes_it(sound):
+    log, found = sound.recordings[1], list(families.couplings(sound))
+    assert len(found) == 8  # either neighbour of three joints, plus or minus
+    for each in found:
+        ((j, i),) = json.loads(re.search(r"coupling = (\[\[.*?\]\])", each.advice)[1])
+        q = log.q.copy()
+        q[:, j - 1] += np.sign(i) * log.q[:, abs(i) - 1]
+        np.testing.assert_allclose(each.hypothesis.logs[1].read(log).q, q, rtol=1e-12)
+        assert f"q{j} is the position of joint {j} {'minus' if i > 0 else 'plus'} that of joint {abs(i)}" == each.words
+
+
 def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_powers_of_ten_are_natural(axes):
     bare, loaded = logs_of(Truth())
 

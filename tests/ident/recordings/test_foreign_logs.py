@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
 
-from ident.recordings.description import MEANINGS, Channels, LogDescription, spread
+from ident.recordings.description import MEANINGS, Channels, LogDescription, read_description, spread
 from ident.recordings.files import read_log, read_recording
 from ident.recordings.formats import MOST_COLUMNS, Table, listed
 from ident.recordings.layouts import resolved
@@ -45,6 +45,20 @@ def test_a_declared_unit_of_time_is_doubted_and_dates_are_not(tmp_path):
     path = csv(tmp_path / "log.csv", table(t=1e6 * T))
     with pytest.raises(RecordingError, match=r"t advances by 4e\+03 ms a row.*is it in us"):
         read_recording(path, channels("t", unit=("ms",)))
+
+
+def test_positions_told_against_those_of_other_joints_are_taken_apart(tmp_path):
+    logged = np.rad2deg(Q) + np.column_stack((np.zeros_like(T), np.zeros_like(T), np.rad2deg(Q[:, 1])))
+    path = csv(tmp_path / "log.csv", table(q=logged))
+    (tmp_path / "log.toml").write_text('[q]\nunit = "deg"\ncoupling = [[3, -2]]\n')
+    told = read_description(tmp_path / "log.toml").q
+    assert_same(read_recording(path, channels("q", unit=told.unit, coupling=told.coupling)))
+    with pytest.raises(RecordingError, match="coupling of joints 2 and 4: the log has 3 joints"):
+        read_recording(path, channels("q", unit=("deg",), coupling=((2, 4),)))
+    for wrong in ("[3, -2]", "[[3, 3]]", "[[-3, 2]]", "[[3, 0]]", "[[3]]", '"3-2"', "[[3, true]]"):
+        (tmp_path / "log.toml").write_text(f"[q]\ncoupling = {wrong}\n")
+        with pytest.raises(RecordingError, match=r"coupling = .*expected pairs of joints"):
+            read_description(tmp_path / "log.toml")
 
 
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from once import computed_once
 from places import ROOT
 from threadpoolctl import threadpool_limits
+from weighed_cell import make_cell
 
 import rx90_mjcf
 from ident.model.arm import Arm, load_arm
@@ -93,6 +94,11 @@ def _computed_once():
     """For many commands that read the same files; `test_estimators` holds that the same data give the same digits."""
     with computed_once():
         yield
+
+
+@pytest.fixture(scope="session")
+def weighed_cell(tmp_path_factory) -> Path:
+    return make_cell(tmp_path_factory.mktemp("weighed-cell"))
 
 
 @pytest.fixture

@@ -23,6 +23,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
+from functools import cache
 from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -158,9 +159,12 @@ def imported_packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
     values = vars(module).values()
     origins = (each.__name__ if isinstance(each, ModuleType) else getattr(each, "__module__", None) for each in values)
     tops = {origin.partition(".")[0] for origin in origins if isinstance(origin, str)}
-    distributions = packages_distributions()
+    distributions = _distributions()
     named = {name for top in tops for name in distributions.get(top, ())} - set(PACKAGES)
     return tuple((name, version(name)) for name in sorted(named))
+
+
+_distributions = cache(packages_distributions)  # it reads the files of every installed package, for a second
 
 
 def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:

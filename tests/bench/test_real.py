@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from undiagnosed import undiagnosed
-from weighed_cell import MODEL, make_cell
+from weighed_cell import MODEL
 
 from bench import real as bench
 from bench.latest import failures, newer
@@ -12,12 +12,11 @@ from scenarios.cli import main
 
 
 @pytest.fixture
-def cells(tmp_path):
+def cells(weighed_cell, tmp_path):
     """Two simulated days in the folder of a source, with published gains that are 1.1 times the true ones."""
-    cell = make_cell(tmp_path)
     with undiagnosed():
-        main(["run", str(cell / "quick.toml"), "--seed", "7", "--save", str(tmp_path / "b"), "--quiet"])
-    (tmp_path / "a").symlink_to(cell / "run")
+        main(["run", str(weighed_cell / "quick.toml"), "--seed", "7", "--save", str(tmp_path / "b"), "--quiet"])
+    (tmp_path / "a").symlink_to(weighed_cell / "run")
     true = pd.read_json(tmp_path / "b" / "result.json", typ="series")["gains"]
     sets = [
         {

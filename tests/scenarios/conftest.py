@@ -11,7 +11,6 @@ from model_files import mjcf
 from protocols import protocol_setup
 from quick import BRIEF, RANDOM, quick_scenario
 from undiagnosed import undiagnosed
-from weighed_cell import make_cell
 
 import scenarios.support.progress as progress
 from ident.recordings.files import write_recording
@@ -91,8 +90,3 @@ def repeated(tmp_path_factory) -> Run:
     four = ("bare", "loaded", "bare", "loaded")
     with undiagnosed():
         return run(protocol_setup(tmp_path_factory.mktemp("repeated"), four, lasts=6.0), 5)
-
-
-@pytest.fixture(scope="session")
-def weighed_cell(tmp_path_factory) -> Path:
-    return make_cell(tmp_path_factory.mktemp("weighed-cell"))

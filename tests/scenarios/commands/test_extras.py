@@ -50,7 +50,7 @@ def cell(weighed_cell, tmp_path_factory) -> Path:
         write_recording(replace(log, t=log.t[part], q=log.q[part], v=log.v[part]), folder / f"{name}.csv")
     for name in ("heavy", "light"):
         (folder / f"{name}.toml").write_text((weighed_cell / "run" / f"payload-{name}.toml").read_text())
-    quick_scenario(folder, method="nls", lasts=BRIEF)
+    quick_scenario(folder, 'options = { friction = "viscous-coulomb" }', method="nls", lasts=BRIEF)
     shutil.copytree(weighed_cell / "run", folder / "made")
     return folder
 

@@ -9,11 +9,8 @@ from one_process import carried_out, rx90
 from places import ROOT
 from quick import BRIEF, quick_scenario
 from signals import as_in_the_foreground
-from undiagnosed import undiagnosed
-from weighed_cell import PLAIN
+from weighed_cell import PLAIN, identified
 
-import rx90_mjcf
-from scenarios.cli import main
 from scenarios.command_line.process import OPENGL, foreign_packages
 from scenarios.commands import COMMANDS
 
@@ -125,17 +122,13 @@ SLOW = {
 
 
 @pytest.fixture(scope="module")
-def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
+def imported(weighed_cell, tmp_path_factory) -> dict[str, frozenset[str]]:
     """What is imported when each command has ended, one after the other in one process, the simulator last."""
     folder = tmp_path_factory.mktemp("imports")
-    scenario, cell = quick_scenario(folder, lasts=BRIEF), folder / "cell"
-    with undiagnosed():
-        main(["run", str(scenario), "--save", str(cell)])
-    loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
     commands = {
-        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, *PLAIN],
-        "check": ["check", "rx90", cell / "unloaded.parquet"],
-        "run": ["run", scenario, "--save", folder / "again"],
+        "identify": [*identified(weighed_cell), *PLAIN],
+        "check": ["check", "rx90", weighed_cell / "run" / "unloaded.parquet"],
+        "run": ["run", quick_scenario(folder, lasts=BRIEF), "--save", folder / "again"],
     }
     outcomes = carried_out([["rx90", *map(str, words)] for words in commands.values()], folder)
     assert {each.status for each in outcomes} <= {0, 1}  # so short a motion may miss a tolerance
@@ -157,28 +150,13 @@ def test_no_command_imports_what_is_slow_and_what_it_does_not_need(imported):
 HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}
 
 
-def loaded_by(*commands: list[str]) -> set[str]:
-    """Modules of a process of its own that carries out commands, which may exit."""
-    code = (
-        "import contextlib, sys\n"
-        "from scenarios.cli import main\n"
-        f"for words in {commands}:\n"
-        "    with contextlib.suppress(SystemExit):\n"
-        "        main(words)\n"
-        "print(*sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.splitlines()[-1].split())
-
-
-def test_what_one_asks_first_imports_nothing_that_is_heavy():
-    loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"])
-    assert "scenarios.commands.catalog" in loaded
-    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.identification"})
-
-
-def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():
+def test_what_one_asks_first_help_and_a_scenario_that_is_missed_import_nothing_that_is_heavy(tmp_path):
+    first = [[], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"]]
     # `compare` takes what may be no scenario, and finds out later; `schema` names what it finds in the results.
     named = ("run", "view", "payload", "predict")
-    words = [[name, "--help"] for name in COMMANDS if name != "schema"] + [[name, "nominl"] for name in named]
-    assert not loaded_by(*words) & HEAVY
+    then = [[name, "--help"] for name in COMMANDS if name != "schema"] + [[name, "nominl"] for name in named]
+    loaded = [each.modules for each in carried_out([["rx90", *words] for words in first + then], tmp_path)]
+    light, helped = loaded[len(first) - 1], loaded[-1]
+    assert "scenarios.commands.catalog" in light
+    assert not light & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.identification"})
+    assert not helped & HEAVY

@@ -38,7 +38,7 @@ inertia = { ixx = 3e-4, iyy = 3.3e-4, izz = 2e-4, ixz = 3e-5 }
 
 def made(path, folder, capsys, *words):
     """What `new-robot` prints of a model file, after a short search."""
-    command = ["new-robot", str(path), "--out", str(folder), "--evaluations", "60", "--jobs", "1", *words, "--json"]
+    command = ["new-robot", str(path), "--out", str(folder), "--evaluations", "20", "--jobs", "1", *words, "--json"]
     status = main(command)
     output = capsys.readouterr()
     assert status == Status.PASSED, output.err

@@ -20,23 +20,24 @@ def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
     return np.array(rows, dtype=float)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mass-only",
-        pytest.param("paper-noise", marks=pytest.mark.slow),  # `test_paper` holds its claims
-        pytest.param("sequential", marks=pytest.mark.slow),
-        pytest.param("offset-payload", marks=pytest.mark.slow),
-        pytest.param("coarse-encoder", marks=pytest.mark.slow),  # `test_instruments` has what its encoders do
-        pytest.param("drift", marks=pytest.mark.slow),
-        pytest.param("field", marks=pytest.mark.slow),
-        pytest.param("field-two-weights", marks=pytest.mark.slow),
-    ],
-)
+BUILT_IN = [
+    "mass-only",
+    "paper-noise",
+    "sequential",
+    "offset-payload",
+    "coarse-encoder",
+    "drift",
+    "field",
+    "field-two-weights",
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BUILT_IN)
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
-    # Where a model error makes a bias, it is in them. `test_cost` judges `gain-error-20`,
-    # `test_scenarios` `nominal`.
+    # Where a model error makes a bias, it is in them. In the default suite `test_cost` judges `gain-error-20`,
+    # `test_scenarios` `nominal`, and `test_paper` holds the claims of `paper-noise`.
     assert run(setup(name), 0).verdict.passed
 
 

@@ -94,7 +94,7 @@ def base(rich) -> tuple[Linearised, list, np.ndarray]:
     return Linearised.of(rich, 4), expected_logs(rich, 4), inverse[:5]
 
 
-SIMPLE = ("load_friction", "coulomb_drift")
+SIMPLE = ("load_friction", "coulomb_drift", "payload")
 """Which the exact changes above have too."""
 
 
@@ -113,7 +113,7 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich, base, na
 
 @pytest.mark.parametrize("stream", ["white", "coloured", pytest.param("current_sensor", marks=pytest.mark.slow)])
 def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
-    # At the full rate and at one in four; 300 draws, deviations of the deviation 4 %, bounds at four of them.
+    # At the full rate and at one in four; 120 draws, deviations of the deviation 6.5 %, bounds at four of them.
     sizes = {"current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003}}.get(
         stream, {f"{SENSORS}current_{stream}": 0.07}
     )
@@ -128,13 +128,13 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
         return
     weights = linear.weights(len(logs[0].log.t))
     changes = []
-    for seed in range(300):
+    for seed in range(120):
         drawn = [
             logged(each.log.q, each.log.v, 1000.0, loud.experiments[0].sensors, noise).v - each.log.v
             for each, noise in zip(logs, motion_streams(seed, {}, 2), strict=True)
         ]
         changes.append(sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, drawn, strict=True)))
-    np.testing.assert_allclose(np.std(changes, axis=0), predicted, rtol=0.17)
+    np.testing.assert_allclose(np.std(changes, axis=0), predicted, rtol=0.26)
 
 
 @pytest.mark.parametrize(("lasting", "shared"), [(False, True), (True, False)])

@@ -13,17 +13,16 @@ from scenarios.experiments.workers import completed, local_processes
 from scenarios.support.errors import ScenarioError
 
 
-def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
-    with local_processes(2) as workers:
-        found = dict(completed(workers, double_or_die, range(8, 20)))
-    assert found.pop(13).kind == "WorkerDied"
-    assert found == {x: 2 * x for x in range(8, 20) if x != 13}
-
-
-def test_a_task_whose_worker_died_of_something_else_is_done_again(tmp_path):
+def test_a_task_that_kills_its_worker_is_given_up_the_others_are_not_and_are_done_again(tmp_path):
     tasks = [(str(tmp_path / "marker"), x) for x in range(8)]
     with local_processes(2) as workers:
+        # What they start imports as it would here: `python script.py` from beside the script.
+        for name in ("PYTHONSAFEPATH", "PYTHONPATH", "PYTHONWARNINGS"):
+            assert workers.open().submit(os.getenv, name).result() == os.getenv(name)
+        found = dict(completed(workers, double_or_die, range(8, 20)))
         assert dict(completed(workers, die_once, tasks)) == {task: 2 * task[1] for task in tasks}
+    assert found.pop(13).kind == "WorkerDied"
+    assert found == {x: 2 * x for x in range(8, 20) if x != 13}
 
 
 def test_whatever_a_task_fails_of_is_its_reason():
@@ -39,13 +38,6 @@ def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
 def test_workers_that_never_bring_anything_back_end_it():
     with pytest.raises(ScenarioError, match="none of the first 3 chunks of trials returned: its worker failed: Value"):
         dict(completed(HERE, fail, range(100)))
-
-
-def test_workers_have_the_environment_of_the_process_that_started_them():
-    # What they start imports as it would here: `python script.py` from beside the script.
-    with local_processes(1) as workers:
-        for name in ("PYTHONSAFEPATH", "PYTHONPATH", "PYTHONWARNINGS"):
-            assert workers.open().submit(os.getenv, name).result() == os.getenv(name)
 
 
 def test_workers_end_when_the_script_that_started_them_is_killed(tmp_path):

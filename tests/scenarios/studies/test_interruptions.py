@@ -24,7 +24,7 @@ from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
 
 DEADLINE = 120.0
-TRIALS = 6
+TRIALS = 5
 
 
 def started(words: list[str], folder: Path) -> subprocess.Popen:
@@ -63,17 +63,22 @@ def misleading(tmp_path) -> Path:
     return folder
 
 
-def test_a_study_that_is_killed_and_stopped_ends_with_the_rows_of_one_that_was_not(scenario, misleading, tmp_path):
+@pytest.mark.parametrize(
+    "signals", [(signal.SIGINT,), pytest.param((signal.SIGKILL, signal.SIGINT), marks=pytest.mark.slow)]
+)
+def test_a_study_that_is_killed_or_stopped_ends_with_the_rows_of_one_that_was_not(
+    scenario, misleading, tmp_path, signals
+):
     """Killed; stopped as a terminal sends Ctrl-C, to every process; finished."""
     folder, kept = tmp_path / "s", dict[str, int]()
     command = f"rx90 monte-carlo {scenario} -n {TRIALS} --out {folder} --seed 5 --jobs 1"
     words = [sys.executable, "-m", "scenarios", *command.split()[1:]]
-    for number, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)):
+    for number in signals:
         running = started(words, folder=misleading)
         wait_until(lambda: parts(folder).keys() - kept.keys(), running)  # noqa: B023 (called at once)
         os.killpg(running.pid, number)
         _, errors = running.communicate(timeout=DEADLINE)
-        assert running.returncode == status
+        assert running.returncode == (130 if number == signal.SIGINT else -number)
         said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
         stopped = [f"rx90: stopped; finished trials are kept; continue with: {command}"]
         assert said == ([] if number == signal.SIGKILL else stopped)

@@ -9,6 +9,8 @@ from scenarios.experiments.motions import write_motion
 TEXT = """extends = "nominal"
 [experiment]
 motion = "short.toml"
+step = 0.002
+controller.rate_hz = 500.0
 [tolerance]
 gain = [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
 identifiable = [true, true, true, false, true, false]
@@ -28,6 +30,8 @@ choice = [7.025, 7.0, 95.0]
 SENSORS = "experiment.sensors."
 QUIET = {f"{SENSORS}{name}": 0.0 for name in ("encoder_quantum", "encoder_noise", "current_white", "current_coloured")}
 """Settings without noise."""
+FULL_RATE = {"experiment.step": 0.001, "experiment.controller.rate_hz": 1000.0}
+"""Those of `nominal`; a quick scenario has half of them."""
 BRIEF = 4.0
 """Seconds that are enough where trials are counted and compared, and no gain is judged."""
 

@@ -13,8 +13,6 @@ from scenarios.cli import main
 from scenarios.results.gains_file import read_gains
 
 TWO_WEIGHTS = """
-[experiment.controller]
-bandwidth_hz = 8.0
 [plant.payloads]
 light = "4.275 kg"
 heavy = "7.025 kg"
@@ -29,9 +27,10 @@ PLAIN = ["--option", "friction=viscous-coulomb"]
 
 def make_cell(folder: Path) -> Path:
     """Recordings bare, light and heavy in a folder, run.json with the run's gains, gains.toml from bare and heavy."""
-    path = quick_scenario(folder, TWO_WEIGHTS, method="nls")
+    path = quick_scenario(folder, TWO_WEIGHTS, method="nls", lasts=7.0)
     text = path.read_text().replace(
-        'motion = "short.toml"', 'motion = "short.toml"\nprotocol = ["bare", "light", "heavy"]'
+        'motion = "short.toml"',
+        'motion = "short.toml"\nprotocol = ["bare", "light", "heavy"]\ncontroller.bandwidth_hz = 8.0',
     )
     path.write_text(text)
     with undiagnosed():

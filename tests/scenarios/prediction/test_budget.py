@@ -149,6 +149,7 @@ def test_faults_that_motions_will_exclude_are_those_that_simulated_logs_exclude(
 
 def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     path, predicted = quick_scenario(tmp_path), list[PredictedBudget]()
+    path.write_text(path.read_text().replace("step = 0.002", "step = 0.001"))  # for its elastic transmissions
 
     def once(scenario: Scenario) -> PredictedBudget:
         predicted.extend(() if predicted else [predicted_budget(scenario)])

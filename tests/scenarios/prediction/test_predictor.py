@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from quick import QUIET, SENSORS, quick_scenario
+from quick import FULL_RATE, QUIET, SENSORS, quick_scenario
 
 from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import ObservedMotion, Problem
@@ -27,7 +27,7 @@ def rich(tmp_path_factory):
     sine, cosine = 0.3 / np.sqrt(np.arange(1.0, 9.0)) * rng.normal(size=(2, 6, 8))
     path = quick_scenario(folder)
     write_motion(at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), sine, cosine, 10.0), folder / "short.toml", [])
-    return setup_of(with_settings(load_scenario(str(path)), QUIET))
+    return setup_of(with_settings(load_scenario(str(path)), {**QUIET, **FULL_RATE}))
 
 
 GAINS = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}

@@ -84,8 +84,8 @@ def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference
         sizes.append(len(experiments) // 2)
         yield from each_record(experiments, streams, **options)
 
-    # A trial logs q and v of two motions of 4 s at 1 kHz, 6 joints: 0.768 MB.
-    monkeypatch.setattr(running, "LOGS_AT_ONCE", 2.4e6)
+    # A trial logs q and v of two motions of 4 s at 500 Hz, 6 joints: 0.384 MB.
+    monkeypatch.setattr(running, "LOGS_AT_ONCE", 1.2e6)
     monkeypatch.setattr(running, "each_record", counted)
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     rows = trials.run_task(trials.Task(study.scenario, tuple(map(study.trial, range(TRIALS))), study.schema))

@@ -167,6 +167,7 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
     )
 
 
+@pytest.mark.slow  # `test_gain_checks` has both estimates of such logs
 def test_encoder_noise_that_a_wide_filter_lets_through_biases_least_squares_and_not_instruments(logs):
     # 1e-3 rad white, of which a cut-off of 40 Hz leaves as much acceleration as the motion has.
     problem = problem_of(logs, WIDE, encoder=1e-3)

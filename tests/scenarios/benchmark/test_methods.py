@@ -119,6 +119,7 @@ def test_a_method_is_known_by_the_content_of_its_files(tmp_path, monkeypatch):
 
 
 HALF_SURE = """import os, sys
+import method_stubs  # from the path of the process that asks
 def f(problem):
     sys.stdout.write("a line of its own\\n")
     os.system("echo another one")

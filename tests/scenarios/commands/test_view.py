@@ -49,7 +49,6 @@ def test_a_time_after_the_end_is_refused_with_the_duration_and_the_end_is_drawn(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.filterwarnings("ignore::Warning")  # of GLFW, beside its error
 def test_without_a_screen_one_line_says_what_needs_none(capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.setenv(name, "")

@@ -20,31 +20,29 @@ from scenarios.__main__ import ONE_THREAD
 for name in ONE_THREAD:  # as `make` does: processes that tests start compute on one thread each
     os.environ.setdefault(name, "1")
 
-LONG = (
-    "test_interruptions",
+LONG = [
     "test_same_faults",
-    "test_extending",
-    "test_faults",
-    "test_dask",
-    "test_identify_unseen",
+    "test_interruptions",
+    "test_cost",
+    "test_process",
+    "test_pages_in_chromium",
     "test_identification",
     "test_all_joints_selection",
+    "test_faults",
     "test_diagnosis",
     "test_budget",
-    "test_monte_carlo",
-    "test_cost",
     "test_common_delay",
     "test_extras",
-    "test_estimators",
-    "test_joint_by_joint",
-    "test_payload_design",
-    "test_sensitivity",
-    "test_methods",
-    "test_process",
-    "test_predictor",
     "test_new_robot",
-    "test_pages_in_chromium",
-)
+    "test_payload_design",
+    "test_methods",
+    "test_identify_unseen",
+    "test_monte_carlo",
+    "test_record",
+    "test_predictor",
+    "test_scenarios",
+    "test_saved_folders",
+]
 """Modules of many seconds, which begin first: workers take modules as a whole, and are to end at about one time."""
 
 

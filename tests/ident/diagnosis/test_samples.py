@@ -104,7 +104,7 @@ def test_lost_samples_beside_gaps_that_the_clock_shows_get_their_time_back(ur_lo
     assert said.value == 2.0
 
 
-def test_time_stamps_stay_where_the_number_lost_is_not_plain(ur_log):
+def test_time_stamps_stay_where_the_number_lost_is_not_plain_or_most_lost_samples_would_not_show(ur_log):
     late = ur_log.t + np.where(np.arange(2500) >= 1200, 0.55 * 0.008, 0.0)  # an instant between two
     q = np.column_stack([np.interp(late, ur_log.t, each) for each in ur_log.q.T])
     log = Recording(ur_log.t[:2400], q[:2400], ur_log.v[:2400])
@@ -115,9 +115,6 @@ def test_time_stamps_stay_where_the_number_lost_is_not_plain(ur_log):
     rows[[600, 601, 1500]] = [599, 599, 1499]
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
     assert restored(again) == (again, None)  # nothing was lost: old rows were written again
-
-
-def test_time_stamps_stay_where_most_lost_samples_would_not_show(ur_log):
     lost = np.linspace(200, 2300, 40).astype(int)
     for step, same in ((2e-4, False), (6e-4, True)):  # of the latter about half would show
         coarse = Recording(ur_log.t, np.round(ur_log.q / step) * step, ur_log.v)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick import HALF_RATE
 from undiagnosed import undiagnosed
 from weighed_cell import MODEL, PLAIN, TWO_WEIGHTS
 
@@ -15,7 +16,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.run import simulate
-from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
 from scenarios.rendering.content import Table, joints_named
 from scenarios.results.fit import read_fit
 from scenarios.results.pages import page_of
@@ -42,9 +43,9 @@ def cell(tmp_path_factory) -> Path:
         + TWO_WEIGHTS
         + '[identification]\nmethod = "ls-2011"\n'
     )
-    setup = setup_of(load_scenario(str(folder / "cell.toml")))
+    setup = setup_of(with_settings(load_scenario(str(folder / "cell.toml")), HALF_RATE))
     for name, log in zip(("bare", "again", "light", "heavy"), simulate(setup, 0).recordings, strict=True):
-        part = slice(None, None, 4)  # at 250 Hz they are read otherwise in a fraction of the time
+        part = slice(None, None, 2)  # at 250 Hz they are read otherwise in a fraction of the time
         write_recording(Recording(log.t[part], log.q[part], log.v[part]), folder / f"{name}.parquet")
     for name, payload in setup.payloads.items():
         write_payload(payload, folder / f"payload-{name}.toml")

@@ -93,7 +93,7 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
 
 
-def test_a_scheduler_file_that_is_not_there_or_has_no_address_is_refused(tmp_path, monkeypatch):
+def test_a_scheduler_file_that_is_not_there_or_has_no_address_and_one_that_cannot_be_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("scenarios.experiments.workers.WRITTEN_WITHIN", 0.05)
     file = tmp_path / "s.json"
     with pytest.raises(ScenarioError, match=r"s\.json: no such scheduler file"), dask_workers(str(file)):
@@ -102,9 +102,6 @@ def test_a_scheduler_file_that_is_not_there_or_has_no_address_is_refused(tmp_pat
         file.write_text(text)
         with pytest.raises(ScenarioError, match=r"s\.json: not a scheduler file"), dask_workers(str(file)):
             pass
-
-
-def test_an_address_that_cannot_be_one_is_refused():
     for address in ("tls://127.0.0.1:1", "foo://127.0.0.1:1", "nonsense", "tcp://127.0.0.1"):
         with pytest.raises(ScenarioError, match=f"no Dask scheduler answers at {address}: .*"), dask_workers(address):
             pass

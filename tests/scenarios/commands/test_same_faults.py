@@ -31,7 +31,6 @@ COMMANDS = {
     "payload-of": ("payload-of", FAULTY, "--model", MODEL, "--gains", GAINS, "--unloaded", BARE),
     "bare identify": ("identify", "--model", MODEL, "--unloaded", BARE, FAULTY),
 }
-QUICK = ("payload-of", "bare identify")
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +67,7 @@ def sound_gains(cell) -> list[dict]:
 
 @pytest.mark.parametrize(
     "command",
-    [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in COMMANDS],
+    [pytest.param(name, marks=() if name == "payload-of" else pytest.mark.slow) for name in COMMANDS],
 )
 def test_every_command_names_the_same_fault_of_the_same_logs(cell, capsys, command):
     log = read_recording(cell / ("again.parquet" if command == "bare identify" else "light.parquet"))

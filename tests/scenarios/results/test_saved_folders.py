@@ -162,6 +162,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     reference = told["reference"]
     given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
     assert set(given.values()) == {True, False}
+    assert told["excluded"]
     assert (told["consistent"], "without link masses" in told["consistent_reason"]) == (None, True)  # a folder's model
     found, refused = ([k for k in given if given[k] is wanted] for wanted in (True, False))
     spread = sorted(200.0 * told["joints"][k - 1]["rel_std"] for k in found)

@@ -50,7 +50,7 @@ def designed(nominal) -> PayloadDesign:
     """By a search much shorter than usual."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "POPULATION", 3)
-        patch.setattr(module, "GENERATIONS", 3)
+        patch.setattr(module, "GENERATIONS", 2)
         return design_payload(nominal, density=STEEL, seed=1, tell=lambda done, what: None)
 
 

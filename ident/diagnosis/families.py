@@ -451,7 +451,6 @@ def units(logs: Logs) -> Iterator[Alternative]:
                 found = in_unit(logs, scope, which, factor, f"in {name}")
                 if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
                     yield found
-    yield from normalised(logs)
     beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
     if len(beyond) == 1 and arm.revolute[min(beyond)]:  # the ratios of several joints cannot be found separately
         yield from gears(logs, min(beyond))
@@ -471,7 +470,7 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
         words = f"all positions are per cent of each joint's range, {lowest} to 100"
         words += f", taken for {taken_for}" if taken_for else ""
         found = Alternative(
-            family="unit", words=words, joints=(), logs=logs.every,
+            family="normalised", words=words, joints=(), logs=logs.every,
             hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
             advice=f'state unit = "ticks", counts_per_turn = [{counts}], zero = [{zeros}] in [q] of a log description',
         )  # fmt: skip
@@ -547,6 +546,10 @@ FAMILIES: tuple[Family, ...] = (
         excluded={"current sign": "opposite sign of v{joints} in one log"},
     ),
     Family(name="unit", alternatives=units, excluded={"unit": "a different unit of positions"}),
+    Family(
+        name="normalised", alternatives=normalised, seldom=True,
+        excluded={"normalised": "positions in per cent of each joint's range"},
+    ),
     Family(
         name="gravity compensation", alternatives=compensated,
         excluded={"gravity compensation": "gravity-compensated currents"},

@@ -52,7 +52,7 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     structure = replace(sound.structure, arm=replace(sound.structure.arm, lower=lower, upper=upper))
     logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
     words = f"all positions are per cent of each joint's range, {lowest} to 100" + ", taken for degrees" * of_degrees
-    (found,) = [each for each in families.units(logs) if each.words == words]
+    (found,) = [each for each in families.normalised(logs) if each.words == words]
     for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
         np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
     counts, zero = (np.array(json.loads(each)) for each in re.findall(r"(\[[-0-9., e]+\])", found.advice))

@@ -529,7 +529,10 @@ FAMILIES: tuple[Family, ...] = (
     ),
     Family(
         name="clock", alternatives=clocks, directions=small_clocks,
-        limits=(Limit("errors of the clock", undetectable="rate of the clock"),),
+        limits=(
+            Limit("errors of the clock", undetectable="rate of the clock"),
+            Limit("errors of the clock of one log", one_log=True, undetectable="rate of the clock of one log"),
+        ),
     ),
     Family(
         name="current scale", alternatives=scales, directions=small_scales,

@@ -77,7 +77,7 @@ class StudyFolder:
             at = found.schema.names.index("trial")
             groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
             trials = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
-        except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
+        except (ValueError, TypeError, OSError, AttributeError, pa.ArrowException) as error:
             raise ScenarioError(f"{path}: not part of a study; move it away") from error
         for part in (Part(trials, ending) for ending in (WHOLE, LOST)):
             if path.name == part.name and found.num_rows == len(trials) * self.rows_per_trial:
@@ -107,7 +107,9 @@ class StudyFolder:
         for is_lost, run in itertools.groupby(numbers, key=lost.__contains__):
             members = list(run)
             content = pa.BufferOutputStream()
-            pq.write_table(rows.filter(pc.is_in(rows["trial"], pa.array(members, pa.int64()))), content)
+            pq.write_table(
+                rows.filter(pc.is_in(rows["trial"], pa.array(members, pa.int64()))), content, write_page_checksum=True
+            )
             part = Part(range(members[0], members[-1] + 1), LOST if is_lost else WHOLE)
             _write(self.trials / part.name, content.getvalue().to_pybytes(), self.path / UNFINISHED)
 
@@ -116,14 +118,17 @@ class StudyFolder:
         for part in self.parts():
             path = self.trials / part.name
             try:
-                with pq.ParquetFile(path) as file:
+                with pq.ParquetFile(path, page_checksum_verification=True) as file:
                     yield file.read(columns=columns and list(columns), use_threads=False)
             except (OSError, pa.ArrowException) as error:
                 raise ScenarioError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
     def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
         """Return all existing rows, sorted by trial, method (if several) and joint."""
-        rows = pa.concat_tables(self.tables(columns)).to_pandas()
+        try:
+            rows = pa.concat_tables(self.tables(columns)).to_pandas()
+        except pa.ArrowException as error:
+            raise ScenarioError(f"{self.trials}: its parts differ in their columns, as if one is damaged") from error
         keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
         return rows.sort_values(keys, ignore_index=True)
 

@@ -121,6 +121,23 @@ def test_strange_or_damaged_parts_and_those_under_another_name_or_twice_are_refu
             folder.parts()
 
 
+def test_no_bit_that_flips_changes_the_rows_in_silence(tmp_path, rng):
+    with opened(tmp_path) as folder:
+        folder.keep(part(0, 30))
+        folder.keep(part(31, 33))
+        sound, path = folder.table(), folder.trials / "00000000-00000030.parquet"
+        content, refused = path.read_bytes(), 0
+        for bit in rng.choice(8 * len(content), 300, replace=False):
+            flipped = bytearray(content)
+            flipped[bit // 8] ^= 1 << (bit % 8)
+            path.write_bytes(flipped)
+            try:
+                pd.testing.assert_frame_equal(folder.table(), sound)  # some bits hold nothing that is read
+            except ScenarioError:
+                refused += 1
+        assert refused > 100
+
+
 def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
     with opened(tmp_path), pytest.raises(ScenarioError, match="another process uses it"), opened(tmp_path):
         pass

@@ -22,7 +22,7 @@ from ident.diagnosis.estimate_evidence import (
 from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
-from ident.diagnosis.hypothesis import Logs, read_as, scored_as
+from ident.diagnosis.hypothesis import Logs, scored_as
 from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.limits import (
     bounds,
@@ -252,17 +252,13 @@ class _Known:
         for _ in range(STEPS):
             step = np.clip(step, -limit, limit)
             now = now.at(step)
-            try:
-                found = Exact(now, np.empty(0), read=read_as(logs, now.hypothesis))
-            except IdentificationError:
-                break
+            found = Exact(now, np.empty(0), logs, logs.model.fits.score)
             other = self.of(found)
             if other is None or not _linear(other):
                 break
             beside = stated(found.read.problem, other)
-            found = replace(
-                found, u=log_density_improvement(self.base.by_joint, scored_as(beside.by_joint, now.hypothesis))
-            )
+            score = scored_as(beside.by_joint, now.hypothesis)
+            found = replace(found, u=log_density_improvement(self.base.by_joint, score), score=score)
             more = self._step(beside, found)
             if more is None or (best is not None and found.gain <= best.gain):
                 break
@@ -330,7 +326,7 @@ def _of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    left, still = (each.model.fits.score.variance for each in (before, found.read))
+    left, still = before.model.fits.score.variance, found.read.model.fits.score.variance
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
     for j, share in zip(order, lost, strict=True):
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)

@@ -177,6 +177,7 @@ def observed_logs(
     )
 
 
+@lru_cache(maxsize=2)  # an alternative and its refinement; of a long log each has a hundred megabytes
 def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     """Return the logs under a hypothesis, observed again.
 

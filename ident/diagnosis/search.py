@@ -11,7 +11,7 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from ident.diagnosis.evidence import Evidence, each_added, log_density_improvement, z_of
+from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement, z_of
 from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.models import Reference, free_model, reference
@@ -91,13 +91,20 @@ class Exact(Compared):
     """An alternative compared exactly.
 
     Attributes:
-        read: The logs under its hypothesis.
+        logs: The logs as they are.
+        score: Accuracy of the predictions under its hypothesis, of the columns and in the units of the logs.
         spread: Standard deviations of its refined parameters, shape (m,); None without parameters, or if it predicts
             too badly.
     """
 
-    read: Logs
+    logs: Logs
+    score: Score
     spread: Array | None = None
+
+    @property
+    def read(self) -> Logs:
+        """The logs under its hypothesis; raises `RecordingError` if they cannot be filtered under it."""
+        return read_as(self.logs, self.alternative.hypothesis)
 
     @property
     def std(self) -> float | None:
@@ -328,13 +335,12 @@ def _change(found: Exact) -> Evidence | None:
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:
     """Evaluate an alternative exactly; None if the logs cannot be filtered under its hypothesis."""
     try:
-        other = read_as(logs, alternative.hypothesis)
+        score = read_as(logs, alternative.hypothesis).model.fits.score
     except IdentificationError:
         return None
-    return _scored(logs, Exact(alternative, np.empty(0), read=other))
+    return _scored(logs, Exact(alternative, np.empty(0), logs, scored_as(score, alternative.hypothesis)))
 
 
 def _scored(logs: Logs, found: Exact) -> Exact:
-    """An alternative that is read, compared with the logs as they are."""
-    score = scored_as(found.read.model.fits.score, found.alternative.hypothesis)
-    return replace(found, u=log_density_improvement(logs.model.fits.score, score))
+    """An alternative compared with the logs as they are, or with terms added to their model."""
+    return replace(found, u=log_density_improvement(logs.model.fits.score, found.score))

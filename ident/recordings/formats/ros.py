@@ -31,7 +31,7 @@ TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
 """Largest size of a file [bytes]; chunks are read one at a time."""
-LARGEST_CHUNK = 1_000_000_000
+LARGEST_CHUNK = 256_000_000
 """Largest size of an unpacked chunk [bytes]; writers begin a new one after some megabytes."""
 
 

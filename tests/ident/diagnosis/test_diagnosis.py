@@ -130,7 +130,7 @@ def test_a_fault_that_the_estimate_does_not_bear_out_is_chance_unless_it_cannot_
 
 
 def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():
-    found, rival = (Exact(None, np.ones(40), read=None) for _ in range(2))
+    found, rival = (Exact(None, np.ones(40), None, None) for _ in range(2))
     told = {found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)], rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)]}
     known = SimpleNamespace(effects=told.get)
     assert _effects(Fault(None, found, (rival,)), SimpleNamespace(), known) == (told[rival][0], told[found][1])

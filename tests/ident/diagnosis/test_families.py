@@ -229,11 +229,15 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
 
 def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
     for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
-        full = Exact(families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
+        full = Exact(
+            families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, sound.model.fits.score, np.array([0.01])
+        )
         np.testing.assert_allclose(full.std, np.rad2deg(0.01), rtol=1e-9)
-    assert Exact(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
+    assert Exact(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound, sound.model.fits.score).std is None
     apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
-    assert Exact(apart, np.ones(40), sound, np.array([1e-3, 2e-3, 3e-3])).std is None  # of three sizes there is no one
+    assert (
+        Exact(apart, np.ones(40), sound, sound.model.fits.score, np.array([1e-3, 2e-3, 3e-3])).std is None
+    )  # of three sizes there is no one
 
 
 def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found):

@@ -18,6 +18,7 @@ from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep, drives_of
 from sim.effects.transmissions import coupling_tendons
+from sim.model_spec import driven_joints
 from sim.plant import Plant
 
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -62,7 +63,7 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
     """Return the effects in a control period, constant friction if nothing varies; arguments as `varied`."""
     coupled, n = coupling_tendons(model), plant.robot.n
     constant, damping, inertia = (
-        np.concatenate((getattr(model, f"dof_{name}")[-model.nu :], getattr(model, f"tendon_{name}")[coupled]))
+        np.concatenate((getattr(model, f"dof_{name}")[driven_joints(model)], getattr(model, f"tendon_{name}")[coupled]))
         for name in ("frictionloss", "damping", "armature")
     )
     turns = np.eye(len(constant), n)
@@ -141,7 +142,7 @@ class Varying:
 
 def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Return views of a model's dry and viscous friction, each for driven joints (n,) and coupled motors (c,)."""
-    driven, coupled = slice(-model.nu, None), coupling_tendons(model)
+    driven, coupled = driven_joints(model), coupling_tendons(model)
     return (
         (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),
         (model.dof_damping[driven], model.tendon_damping[coupled]),
@@ -153,7 +154,7 @@ class Simulation:
     """One simulation of a batch.
 
     Attributes:
-        model: Compiled model; its drives act on the last joints. Simulations may share it if nothing varies.
+        model: Compiled model. Simulations may share it if nothing varies.
         start: Initial positions of all joints [rad], shape (nq,).
         varied: Effects that act in every control period, None if there are none.
     """
@@ -180,13 +181,13 @@ class Engine:
         self._batch = Batch(self._models[0], len(self._models), nthread=threads)
         self._batch.set_models(self._models)
         self._substeps = substeps
-        n = self._models[0].nu
+        self._own = own = driven_joints(self._models[0])
         state: Array = self._batch.bind("qpos")
         state[:] = [s.start for s in simulations]
-        self.q: Array = state[:, -n:]
+        self.q: Array = state[:, own]
         self.current: Array = self._batch.bind("ctrl")
-        self._dq: Array = self._batch.bind("qvel")[:, -n:]
-        self._applied: Array = self._batch.bind("qfrc_applied")[:, -n:]
+        self._dq: Array = self._batch.bind("qvel")[:, own]
+        self._applied: Array = self._batch.bind("qfrc_applied")[:, own]
         self._rows = np.flatnonzero([s.varied is not None for s in simulations])
         members = [s.varied for s in simulations if s.varied is not None]
         self._varying: Varying | None = None
@@ -194,7 +195,7 @@ class Engine:
             self._period = substeps * float(self._models[0].opt.timestep)
             self._range = np.stack([self._models[i].actuator_ctrlrange.T for i in self._rows], axis=1)
             self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
-            self._ddq, self._rubbing = (self._batch.bind(name)[:, -n:] for name in ("qacc", "qfrc_constraint"))
+            self._ddq, self._rubbing = (self._batch.bind(name)[:, own] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
         self._fatal = [int(w) for w in DIVERGED]
 
@@ -220,10 +221,9 @@ class Engine:
         A simulation with a MuJoCo warning is not stepped further, and is reported as unstable. Returned are positions
         [rad] and speeds [rad/s] of the driven joints after every step, each (B, N, n).
         """
-        n = controls.shape[2]
         self._fatal = list(range(self._batch.warning.shape[1]))
         after = self._batch.rollout(controls.shape[1], controls, record=("qpos", "qvel"))
-        return after["qpos"][:, :, -n:], after["qvel"][:, :, -n:]
+        return after["qpos"][:, :, self._own], after["qvel"][:, :, self._own]
 
     def warmth(self) -> Array:
         """Current temperature rise of the drives [K], shape (B, n); zero if nothing varies."""

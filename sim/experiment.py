@@ -17,6 +17,7 @@ from sim.controller import ControllerBelief, ControllerOptions
 from sim.effects import Temperature
 from sim.effects.motors import warmed
 from sim.errors import DIVERGED, LIMIT_REACHED, SATURATED, PlantError, SimulationError, TrajectoryError
+from sim.model_spec import arm_joints
 from sim.plant import Plant
 from sim.sensors import SensorOptions
 from sim.trajectory import FourierTrajectory
@@ -135,12 +136,12 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
             f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant",
             kind=DIVERGED,
         )
-    rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
+    rate, limit, own = e.controller.rate_hz, e.plant.drives.current_limit, arm_joints(model)
     first = first_at_limit(v, limit, rate)
     if first is not None:
         j, since = first
         return TrajectoryError(
-            f"{e.name}: drive of {model.joint(j).name} at its limit of {limit[j]:g} for more than "
+            f"{e.name}: drive of {model.joint(own.start + j).name} at its limit of {limit[j]:g} for more than "
             f"{SATURATED_TOO_LONG:g} s from t = {since:.3f} s; "
             + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains"),
             joint=j,
@@ -148,15 +149,15 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
             bounds=(-float(limit[j]), float(limit[j])),
             kind=SATURATED,
         )
-    lower, upper = model.jnt_range[: q.shape[1]].T  # of the arm; motors come behind; both 0 without a range
+    lower, upper = model.jnt_range[own].T  # both 0 without a range
     beyond = ((q < lower) | (q > upper)) & (lower < upper)
     if not beyond.any():
         return None
     k, j = np.argwhere(beyond)[0]
-    unit = "m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE else "rad"
+    unit = "m" if model.jnt_type[own][j] == mujoco.mjtJoint.mjJNT_SLIDE else "rad"
     return TrajectoryError(
-        f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} {unit} leaves its range {lower[j]:.3f} to {upper[j]:.3f} "
-        f"{unit} at t = {k / rate:.3f} s; use another motion or a stiffer controller",
+        f"{e.name}: {model.joint(own.start + j).name} at {q[k, j]:.3f} {unit} leaves its range {lower[j]:.3f} to "
+        f"{upper[j]:.3f} {unit} at t = {k / rate:.3f} s; use another motion or a stiffer controller",
         joint=int(j),
         value=float(q[k, j]),
         bounds=(float(lower[j]), float(upper[j])),

@@ -4,8 +4,9 @@
 
 There is no time stepping. MuJoCo's inverse dynamics of the compiled model without friction gives the torque of links,
 rotors and springs, including all effects that change the model; it is evaluated at a few samples and interpolated by
-splines. A joint without a drive (a link behind its transmission) moves such that its torque balance is zero: starting
-from the motor's position, it is repeatedly displaced by its torque over its stiffness. Effects that act in every
+splines. A joint without a drive (a link behind its transmission) moves such that its torque balance is zero: it
+is repeatedly displaced by its torque over its stiffness,
+and for a mass on springs its inertia, by frequency. Effects that act in every
 control period are evaluated with the same `term` as in the closed loop, and the temperature of the drives follows from
 their currents. These currents also show whether the drives can follow a motion.
 """
@@ -19,12 +20,12 @@ import mujoco
 import numpy as np
 
 from ident.numerics.splines import CubicSpline
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 from sim.controller import inverse_dynamics
 from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
-from sim.effects.transmissions import coupling_tendons
+from sim.effects.transmissions import coupling_tendons, own_stiffness
 from sim.engine import Varied, acting
 from sim.errors import SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import (
@@ -36,7 +37,7 @@ from sim.experiment import (
     warming_motion,
     warmth_before,
 )
-from sim.model_spec import file_stamp, silenced
+from sim.model_spec import arm_joints, driven_joints, file_stamp, silenced
 from sim.plant import PayloadBody, Plant, bare_arm, plant_model
 from sim.trajectory import FourierTrajectory
 
@@ -54,10 +55,11 @@ SAMPLES_PER_HARMONIC, INERTIAS_PER_HARMONIC = 20, 10
 """Samples of torque (splines between) and of inertia (lines between) per period of a motion's highest harmonic."""
 PERIODIC = 30
 """Samples of the periods before and after: the effect of a spline's ends falls to 27 % from one knot to the next."""
-YIELD_ITERATIONS = 4
-"""Number of iterations; each multiplies the error by the ratio of the load's stiffness to the transmission's."""
-PROBE = 1e-6
-"""Step [rad] of the finite difference for a stiffness."""
+YIELD_ITERATIONS = 5
+"""Number of iterations; each but the first, which moves links to their motors, multiplies the error by the ratio of the
+load's stiffness to the spring's."""
+YIELDED = 0.01
+"""Largest change in the last iteration, as a share of the largest torque."""
 
 
 class States(NamedTuple):
@@ -139,13 +141,14 @@ def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """
     model, motion = _rubbing_of(experiment)[0].model, experiment.trajectory
     n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
+    own, links = driven_joints(model), arm_joints(model)
     coarse = motion.duration / count * np.arange(count + 1)
     data, M, found = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.empty((count + 1, n, n))
     for k, q in enumerate(motion(coarse)[0]):
-        data.qpos[:n], data.qpos[-n:] = q, q
+        data.qpos[links] = data.qpos[own] = q
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fullM(model, data, M)
-        found[k] = M[-n:, -n:] if model.nv == n else M[-n:, -n:] + M[:n, :n]
+        found[k] = M[links, links] if own == links else M[links, links] + M[own, own]
     places = np.interp(states_of(motion, rate_hz).t, coarse, np.arange(count + 1.0))
     below = np.minimum(places.astype(np.intp), count - 1)
     share = (places - below)[:, None, None]
@@ -172,7 +175,7 @@ def _rubbing_of(experiment: Experiment) -> tuple[_Frictionless, Varied]:
 def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> tuple[_Frictionless, Varied]:
     model = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     acts = acting(plant, model, step=step, earlier=earlier)
-    driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
+    driven, coupled = driven_joints(model), coupling_tendons(model)
     model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0
     model.dof_damping[driven] = model.tendon_damping[coupled] = 0.0
     model.actuator_gainprm[:] = model.actuator_biasprm[:] = 0.0
@@ -247,48 +250,64 @@ def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
 @lru_cache(maxsize=TABLES_KEPT)
 def _torque_along(rigid: _Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
     """Return the torque without friction [N m], shape (N, n); plants that differ only in friction share it."""
-    model, t, n = rigid.model, states_of(motion, rate_hz).t, motion.n
+    model, t = rigid.model, states_of(motion, rate_hz).t
     count = min(SAMPLES_PER_HARMONIC * motion.sine.shape[1], len(t) - 1)
     coarse = motion.duration / count * np.arange(count + 1)
-    driven = [x[:-1] for x in motion(coarse)]
-    free = model.nv - n
-    torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
+    torque = _yielding(model, [x[:-1] for x in motion(coarse)], motion.duration)
     beyond = np.arange(-PERIODIC, count + PERIODIC + 1)
-    periodic = torque[:, free:].take(beyond, axis=0, mode="wrap")
+    periodic = torque.take(beyond, axis=0, mode="wrap")
     return CubicSpline.through(motion.duration / count * beyond, periodic)(t % motion.duration)
 
 
 def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:
-    """Return the torque on all joints if joints without a drive are in equilibrium, shape (samples, nv)."""
-    free = model.nv - driven[0].shape[1]
-    stiffness = _own_stiffness(model, free)
-    q = driven[0][:, :free].copy()  # a link begins where its motor is
-    torque, rate = np.zeros((len(q), model.nv)), 2j * np.pi / duration * np.arange(len(q) // 2 + 1)[:, None]
+    """Return the torque on the driven joints if those without a drive are in equilibrium, shape (samples, n)."""
+    own = driven_joints(model)
+    free = np.delete(np.arange(model.nv), own)
+    states = [np.zeros((len(x), model.nv)) for x in driven]
+    for all_joints, x in zip(states, driven, strict=True):
+        all_joints[:, own] = x
+    if not len(free):
+        return inverse_dynamics(model, *states)
+    q, torque = states[0], states[0]
+    rate = 2j * np.pi / duration * np.arange(len(q) // 2 + 1)[:, None]
+    carried = np.where(model.jnt_stiffness > 0.0, model.body_subtreemass[model.jnt_bodyid], 0.0)  # none by links
+    opposed = (_springs(model) + rate * model.dof_damping + rate**2 * carried)[:, free]  # torque per displacement
+    upright = _upright(model, q, free)
+    change = np.inf
     for _ in range(YIELD_ITERATIONS):
-        spectrum = np.fft.rfft(q, axis=0)
-        rates = (np.fft.irfft(rate**k * spectrum, len(q), axis=0) for k in (1, 2))
-        states = [np.hstack(pair) for pair in zip((q, *rates), driven, strict=True)]
-        torque = inverse_dynamics(model, *states)
-        q = q - torque[:, :free] / stiffness
-    return torque
+        before, torque = torque, inverse_dynamics(model, *states)
+        change = float(np.abs((torque - before)[:, own]).max())
+        x, f = (np.fft.rfft((upright @ each[:, free, None])[:, :, 0], axis=0) for each in (q, torque))
+        moved = np.fft.irfft(x - f / opposed, len(q), axis=0)
+        q[:, free] = (upright.transpose(0, 2, 1) @ moved[:, :, None])[:, :, 0]
+        spectrum = np.fft.rfft(q[:, free], axis=0)
+        for k in (1, 2):
+            states[k][:, free] = np.fft.irfft(rate**k * spectrum, len(q), axis=0)
+    if not change <= YIELDED * np.abs(torque[:, own]).max():
+        raise PlantError(
+            "what yields on springs is near its resonance, where the currents of perfect control are not found; "
+            "simulate the motion instead, or use a stiffer spring"
+        )
+    return torque[:, own]
 
 
 @silenced()
-def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
-    """Return the stiffness of each free joint from its own springs [N m/rad], shape (free,)."""
-    data, stiffness = mujoco.MjData(model), np.empty(free)
-    for k in range(free):
-        forces = []
-        for angle in (0.0, PROBE):
-            data.qpos[:] = 0.0
-            data.qpos[k] = angle
-            mujoco.mj_fwdPosition(model, data)
-            mujoco.mj_fwdVelocity(model, data)
-            forces.append(float(data.qfrc_passive[k]))
-        stiffness[k] = (forces[0] - forces[1]) / PROBE
-    if not stiffness.all():
+def _upright(model: mujoco.MjModel, q: Array, free: Indices) -> Array:
+    """Return the matrices from free joints to directions that do not turn, for springs of a body, (samples, f, f)."""
+    data, found = mujoco.MjData(model), np.tile(np.eye(len(free)), (len(q), 1, 1))
+    springs = np.flatnonzero(model.jnt_stiffness[free] > 0.0)[::3]
+    for row, each in zip(found, q, strict=True):
+        data.qpos[:] = each
+        mujoco.mj_kinematics(model, data)
+        for k in springs:
+            row[k : k + 3, k : k + 3] = data.xmat[model.jnt_bodyid[free[k]]].reshape(3, 3)
+    return found
+
+
+def _springs(model: mujoco.MjModel) -> Array:
+    """As `own_stiffness`; raises `PlantError` for a link inside its backlash gap."""
+    if np.ptp(model.tendon_lengthspring, axis=1).any():
         raise PlantError(
-            f"joint {int(np.argmin(np.abs(stiffness))) + 1} is inside its backlash gap, so no current "
-            "holds its position; simulate the motion instead"
+            "joints are inside their backlash gaps, where no current holds a position; simulate the motion instead"
         )
-    return stiffness
+    return own_stiffness(model)

@@ -28,6 +28,8 @@ GRIPPER = "remove it; if it belongs to a gripper, name the arm's last body as fl
 """Advice for a constraint between joints."""
 FREE = mujoco.mjtJoint.mjJNT_FREE
 ONE_AXIS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+SUPPORT = "table under the arm"
+"""Beginning of the names of joints under the arm."""
 PACKAGE, FILE = "package://", "file://"
 
 
@@ -72,6 +74,18 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 def file_stamp(path: Path) -> int:
     """Time of the last change of a file, 0 if there is none: part of the key of whatever is cached of a model."""
     return path.stat().st_mtime_ns if path.is_file() else 0
+
+
+def driven_joints(model: mujoco.MjModel) -> slice:
+    """Return the places of the joints that drives turn, among all joints: those of the arm, or its elastic motors."""
+    first = int(model.actuator_trnid[0, 0])
+    return slice(first, first + model.nu)
+
+
+def arm_joints(model: mujoco.MjModel) -> slice:
+    """Return the places of the arm's joints; in front of them are those of what it stands on, if that moves."""
+    first = sum(model.joint(k).name.startswith(SUPPORT) for k in range(model.njnt))
+    return slice(first, first + model.nu)
 
 
 def compiler_reason(error: ValueError) -> str:

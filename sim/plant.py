@@ -22,8 +22,9 @@ import numpy as np
 from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build
+from sim.effects.transmissions import sag
 from sim.errors import PlantError
-from sim.model_spec import compiler_reason, lean_spec, silenced
+from sim.model_spec import compiler_reason, driven_joints, lean_spec, silenced
 from sim.robot import DriveTruth, Robot
 
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
@@ -171,19 +172,21 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
 
 @silenced()
 def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
-    """Return the equilibrium positions of all joints [rad], (nq,), with the driven ones, which are last, at q (n,).
+    """Return the equilibrium positions of all joints [rad], (nq,), with the driven ones at q (n,).
 
     They are equal to q for a rigid arm.
     """
     state = np.zeros(model.nq)
-    state[-len(q) :] = q
+    state[driven_joints(model)] = q
     for effect in EFFECTS.values():
         effect.settle(plant.errors, model, state)
+    if model.nv > model.nu:
+        sag(model, state)
     return state
 
 
 def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:
-    drives, driven = plant.drives, slice(model.nv - model.nu, None)
+    drives, driven = plant.drives, driven_joints(model)
     model.actuator_gainprm[:, 0] = drives.gain
     model.actuator_biasprm[:, 0] = -drives.gain * drives.amplifier_offset - drives.coulomb_asymmetry
     model.actuator_ctrlrange[:] = np.outer(drives.current_limit, (-1.0, 1.0))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from sim.effects.effect import Effect
 from sim.effects.friction import (
+    DressPack,
     FrictionByDirection,
     FrictionDrift,
     LoadFriction,
@@ -18,12 +19,16 @@ from sim.effects.friction import (
 )
 from sim.effects.geometry import BaseTilt, GravitySpringErrors, MovedFrames, ZeroErrors
 from sim.effects.motors import Cogging, GainLaws, Temperature
+from sim.effects.surroundings import LoosePayload, SoftTable
 from sim.effects.transmissions import Backlash, JointElasticity, WristCoupling
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors(
-    ZeroErrors,  # the order of keys is from last to first
+    DressPack,  # the order of keys is from last to first
+    SoftTable,
+    LoosePayload,
+    ZeroErrors,
     Presliding,
     Backlash,
     GainLaws,
@@ -60,5 +65,8 @@ EFFECTS: Mapping[str, type[Effect]] = {
     "cogging": Cogging,
     "gain_laws": GainLaws,
     "presliding": Presliding,  # after all that is dry friction
+    "dress_pack": DressPack,
+    "loose_payload": LoosePayload,
+    "soft_table": SoftTable,
 }
 """The effects, in the order in which they act."""

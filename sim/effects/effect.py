@@ -104,7 +104,7 @@ class Effect:
         """Change the compiled model, which has its drives and friction."""
 
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
-        """Move the joints that are not driven to equilibrium, with the driven ones at their start."""
+        """Move links to their motors, or to one side of a gap; springs then yield until they are in equilibrium."""
 
     def varies(self) -> bool:
         """Return whether the values act in every control period."""

@@ -5,12 +5,13 @@
     viscous curve   Fv ((1 - s) dq + s w |dq / w|^p sign(dq))
     load            load_friction |g (v - v0)| + transmitted_friction |tau_link| + gear_friction |tau_link + f|
     presliding      ds/dt = (1 - s sign(dq)) dq / presliding,      tau = -F s
+    dress pack      ds/dt = (1 - s sign(dq)) dq / dress_reach,     tau = -dress_pack |g| v_max s
     drift           from each motion to the next
 
 Speeds of a coupled motor are those of the motor.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -19,7 +20,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, each_value
+from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives_of, each_value
 from sim.effects.transmissions import coupling_tendons
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
@@ -184,36 +185,83 @@ class Presliding(Effect):
     def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
         (distance,) = each_value(values, "presliding")
         builds_up = distance > 0.0
-        distance = np.where(builds_up, distance, 1.0)
-        deflection: list[Array] = []  # (B, n + c), from the first period on
+        deflection = _deflection(np.where(builds_up, distance, 1.0))
 
         def add(step: ControlStep) -> None:
-            if not deflection:
-                deflection.append(np.zeros_like(step.speed))
-            s = deflection[0]
-            force = np.where(builds_up, s * step.friction, 0.0)
+            force = np.where(builds_up, deflection(step.speed, step.period) * step.friction, 0.0)
             step.torque[:] -= (step.turns.transpose(0, 2, 1) @ force[:, :, None])[:, :, 0]
             step.friction[:] = np.where(builds_up, 0.0, step.friction)
-            side = np.sign(step.speed)
-            s[:] = side + (s - side) * np.exp(-np.abs(step.speed) * step.period / distance)
 
         return add
 
     def along(self, build: Build) -> Term:
-        """Between two reversals s - sign(dq) decays with the distance since the first of them."""
         distance = self.presliding
 
         def add(step: ControlStep) -> None:
-            side, moved = np.sign(step.speed), np.abs(step.speed) * step.period  # (N, n + c)
-            s = np.zeros_like(moved)
-            for k in range(moved.shape[1]):
-                turns = np.flatnonzero(np.diff(side[:, k])) + 1
-                before = 0.0
-                for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
-                    travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
-                    course = side[begin, k] + (before - side[begin, k]) * np.exp(-travelled / distance)
-                    s[begin:end, k], before = course[:-1], course[-1]
-            step.torque[:] -= (s * step.friction) @ step.turns[0]
+            step.torque[:] -= (_course(distance, step.speed, step.period) * step.friction) @ step.turns[0]
             step.friction[:] = 0.0
 
         return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class DressPack(Effect):
+    """Hoses and cables along the arm, which follow every joint with hysteresis, as presliding.
+
+    Attributes:
+        dress_pack: Largest torque of the hoses on a joint, as a share of the drive's largest torque.
+        dress_reach: Distance after which the torque has reached 63 % [rad]; assumed.
+    """
+
+    instant: ClassVar[bool] = False
+    dress_pack: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    dress_reach: Annotated[float, Interval(ge=0.01, le=100.0), Unit("rad")] = 0.3
+
+    def varies(self) -> bool:
+        return self.dress_pack > 0.0
+
+    @classmethod
+    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+        share, reach = each_value(values, "dress_pack", "dress_reach")
+        drives, deflection = drives_of(builds), _deflection(reach)
+        most = share * np.abs(drives["gain"]) * drives["current_limit"]
+
+        def add(step: ControlStep) -> None:
+            step.torque[:] -= most * deflection(step.dq, step.period)
+
+        return add
+
+    def along(self, build: Build) -> Term:
+        reach, most = self.dress_reach, self.dress_pack * np.abs(build.drives.gain) * build.drives.current_limit
+
+        def add(step: ControlStep) -> None:
+            step.torque[:] -= most * _course(reach, step.dq, step.period)
+
+        return add
+
+
+def _deflection(distance: Array) -> Callable[[Array, float], Array]:
+    """Return a function of successive speeds (B, k) and a period [s]: relative deflections s at its start, (B, k)."""
+    kept: list[Array] = []
+
+    def now(speed: Array, period: float) -> Array:
+        s = kept.pop() if kept else np.zeros_like(speed)
+        side = np.sign(speed)
+        kept.append(side + (s - side) * np.exp(-np.abs(speed) * period / distance))
+        return s
+
+    return now
+
+
+def _course(distance: float, speed: Array, period: float) -> Array:
+    """Return s along a motion with speeds (N, k): between two reversals s - sign(dq) decays with the distance."""
+    side, moved = np.sign(speed), np.abs(speed) * period
+    s = np.zeros_like(moved)
+    for k in range(moved.shape[1]):
+        turns = np.flatnonzero(np.diff(side[:, k])) + 1
+        before = 0.0
+        for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
+            travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
+            course = side[begin, k] + (before - side[begin, k]) * np.exp(-travelled / distance)
+            s[begin:end, k], before = course[:-1], course[-1]
+    return s

@@ -16,6 +16,7 @@ from annotated_types import Interval, Unit
 from ident.support.arrays import Array
 from sim.effects.effect import Build, Effect
 from sim.errors import PlantError
+from sim.model_spec import arm_joints, driven_joints
 from sim.robot import DriveTruth, Robot
 
 COUPLING, TRANSMISSION = "_coupling", "_transmission"
@@ -80,7 +81,7 @@ class WristCoupling(Effect):
 
     def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
         if self.wrist_coupling:
-            own, driven = own_parts(self.wrist_coupling, build.robot, build.drives), slice(model.nv - model.nu, None)
+            own, driven = own_parts(self.wrist_coupling, build.robot, build.drives), driven_joints(model)
             model.dof_armature[driven] = own["rotor_inertia"]
             model.dof_damping[driven] = own["viscous_friction"]
             model.dof_frictionloss[driven] = own["coulomb_friction"]
@@ -179,20 +180,26 @@ class JointElasticity(Effect):
 
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
         if self.joint_compliance is not None:
-            n = len(self.joint_compliance)
-            state[:n] = state[n:]
-            _sag(model, state)
+            state[arm_joints(model)] = state[driven_joints(model)]
 
 
-def _sag(model: mujoco.MjModel, state: Array) -> None:
-    """Move the links to the equilibrium of transmission and gravity."""
-    n, data = model.nu, mujoco.MjData(model)
-    compliance = 1.0 / model.tendon_stiffness[_tendons(model, TRANSMISSION)]
+def own_stiffness(model: mujoco.MjModel) -> Array:
+    """Return the stiffness of each joint's spring, which is an elastic link's transmission [N m/rad], (nv,)."""
+    stiffness: Array = model.jnt_stiffness.copy()
+    if (found := _tendons(model, TRANSMISSION)).stop:
+        stiffness[arm_joints(model)] = model.tendon_stiffness[found]
+    return stiffness
+
+
+def sag(model: mujoco.MjModel, state: Array) -> None:
+    """Move the joints without a drive to the equilibrium of their springs and gravity."""
+    data, free = mujoco.MjData(model), np.delete(np.arange(model.nv), driven_joints(model))
+    compliance = 1.0 / own_stiffness(model)[free]
     for _ in range(SAG_ITERATIONS):
         data.qpos[:] = state
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        state[:n] += compliance * (data.qfrc_passive - data.qfrc_bias)[:n]
+        state[free] += compliance * (data.qfrc_passive - data.qfrc_bias)[free]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,10 +232,9 @@ class Backlash(JointElasticity):
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
         if not self.backlash:
             return
-        n, data = model.nu, mujoco.MjData(model)
+        links, data = arm_joints(model), mujoco.MjData(model)
         data.qpos[:] = state
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        gravity = np.where(np.abs(data.qfrc_bias[:n]) > NOTHING, data.qfrc_bias[:n], 0.0)
-        state[:n] = state[n:] - 0.5 * self.backlash * np.sign(gravity)
-        _sag(model, state)
+        gravity = np.where(np.abs(data.qfrc_bias[links]) > NOTHING, data.qfrc_bias[links], 0.0)
+        state[links] -= 0.5 * self.backlash * np.sign(gravity)

@@ -229,6 +229,8 @@ STRONG = ModelErrors(
     gain_by_temperature=-0.004,
     coulomb_by_temperature=-0.006,
     viscous_by_temperature=-0.03,
+    dress_pack=0.02,
+    dress_reach=0.03,
 )
 
 
@@ -242,7 +244,7 @@ class Loop:
         self.data.qpos[:] = start
         self.tendon = self.model.tendon("joint6_coupling").id
         self.arm, self.link = pinocchio_arm(payload=True), np.zeros(6)
-        self.x, self.s = np.zeros(6), np.zeros(7)
+        self.x, self.s, self.hose = np.zeros(6), np.zeros(7), np.zeros(6)
         self.coulomb = np.append(self.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5], 2.5)
         self.viscous = np.append(self.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4], 2.4)
 
@@ -260,6 +262,8 @@ class Loop:
         torque -= 0.004 * np.abs(d.gain) * d.current_limit * np.sin(200 * q)
         share = np.abs(v) / d.current_limit
         torque -= (0.07 * share + 0.05 * share**2 + 0.03 * np.sign(v) - (1.02**self.earlier - 1)) * drive
+        torque -= 0.02 * np.abs(d.gain) * d.current_limit * self.hose
+        self.hose = np.sign(dq) + (self.hose - np.sign(dq)) * np.exp(-1e-3 * np.abs(dq) / 0.03)
         if e.presliding:
             torque -= TURNS.T @ (dry * self.s)
             self.s = side + (self.s - side) * np.exp(-1e-3 * np.abs(speed) / e.presliding)
@@ -423,6 +427,7 @@ def test_each_size_by_itself_switches_its_effect_on_and_a_shape_or_warmth_withou
         (["gain_laws"], {"gain_drift": -0.01}),
         (["viscous_curve"], {"viscous_curve": 0.5}),
         (["presliding"], {"presliding": 3e-4}),
+        (["dress_pack"], {"dress_pack": 0.02}),
         (["temperature"], {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),
         (["temperature"], {"motor_warming": 70.0, "coulomb_by_temperature": -1e-2}),
         (["temperature"], {"motor_warming": 70.0, "viscous_by_temperature": 1e-2}),

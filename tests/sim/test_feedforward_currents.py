@@ -99,7 +99,7 @@ def test_load_friction_takes_its_share_of_the_torque_that_the_current_gives():
 def test_friction_that_eats_all_torque_and_play_that_a_motion_goes_through_are_refused():
     with pytest.raises(PlantError, match="motion: no current moves the arm: load-dependent friction"):
         feedforward_currents(motion_of(load_friction=1.3), RATE)
-    with pytest.raises(PlantError, match="joint 1 is inside its backlash gap"):
+    with pytest.raises(PlantError, match="joints are inside their backlash gaps"):
         feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)
 
 
@@ -107,7 +107,7 @@ def test_friction_that_eats_all_torque_and_play_that_a_motion_goes_through_are_r
     "effects",
     [
         {"load_friction": 0.07, "stribeck": 0.15},
-        {"presliding": 4e-3, "wrist_coupling": 0.4, "transmitted_friction": 0.08},
+        {"presliding": 4e-3, "wrist_coupling": 0.4, "transmitted_friction": 0.08, "dress_pack": 0.03},
         {"motor_warming": 70.0, "warming_time": 3.0, "gain_by_temperature": -0.003, "viscous_by_temperature": -0.02},
         {"cogging": 0.02, "torque_ripple": 0.04, "motor_waves": 9.0, "viscous_curve": 0.6},
     ],

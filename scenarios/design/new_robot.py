@@ -21,7 +21,7 @@ from scenarios.design.excitation import HALF_TURN, Design, percents
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.experiments.robots import read_arm
 from scenarios.experiments.scenario import load_scenario, setup_without_motion
-from scenarios.experiments.schema import body_of
+from scenarios.experiments.schema import TURNS, body_of
 from scenarios.support.texts import schema_line, toml_value
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError
@@ -189,6 +189,7 @@ payload = {toml_value(true)}
 
 [experiment]
 motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite finds a better one
+# protocol = {toml_value(list(TURNS))}  # in place of bare, loaded: measures how much the gains drift
 
 [belief]                     # what controller and identification assume
 controller_gain = {self.drives["gain"].value.tolist()!r}  # those of {ROBOT}

@@ -16,7 +16,7 @@ from ident.observation.observation import REGRESSOR_RATE
 from ident.payload.payload import Payload
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import Setup
-from scenarios.experiments.schema import BARE
+from scenarios.experiments.schema import BARE, TURNS, in_turns
 from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import horizon_paragraphs
@@ -210,10 +210,13 @@ def instructions(
     rated += f" Above the rated load: {', '.join(heavy)}; check the manual for the permitted speed." if heavy else ""
     warming = f"Before the first one, repeat the motion with a bare flange for {warm_up:g} s to warm up drives and oil."
     if not warm_up:
-        warming = (
-            "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare motion at "
-            "the end shows the remaining drift."
-        )
+        warming = "The scenario states no warm-up. Repeat the motion until its currents no longer change."
+    turns = (
+        "Keep this order: motions before and after another mounting show how much the gains drift."
+        if in_turns(setup.protocol)
+        else "A change of the gains between bare and loaded motions looks like other gains: the intervals allow for "
+        f"it, and motions in the order {', '.join(TURNS)} measure it."
+    )
     parts: list[Part] = [
         Heading("Command"),
         table(
@@ -225,7 +228,7 @@ def instructions(
             column("File", lambda row: f"{row[1][1].name}.parquet", words=True),
             title="Order of motions",
         ),
-        Paragraph(warming),
+        Paragraph(f"{warming} {turns}"),
         *recorded.motion(),
         Paragraph(
             "For the controller: motion.csv, motion.yaml (ROS 2 JointTrajectory), and for six revolute joints "

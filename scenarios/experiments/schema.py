@@ -8,6 +8,7 @@ the flange alone. Other names are keys of `[plant.payloads]` and `[belief.payloa
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
@@ -33,6 +34,8 @@ from sim.tables import InertiaTable, Table, validated_table
 BARE = "bare"
 PAIR = (BARE, LOADED)
 """The paper's protocol, the default."""
+TURNS = (BARE, LOADED, LOADED, BARE)
+"""The protocol that measures drift of the gains: both mountings have the same mean time."""
 UNLOADED = "unloaded"
 """Name of a bare motion in files and messages."""
 NAME = re.compile(r"[a-z][a-z0-9_]*")
@@ -69,6 +72,12 @@ def grouped(protocol: Sequence[str]) -> tuple[int, ...]:
     """
     first = {name: list(protocol).index(name) for name in mountings(protocol)}
     return tuple(sorted(range(len(protocol)), key=lambda k: first.get(protocol[k], k)))
+
+
+def in_turns(protocol: Sequence[str]) -> bool:
+    """Whether a mounting has motions before and after those of another one, which show how gains drift in time."""
+    turns = [name for name, _ in groupby(protocol)]
+    return len(turns) > len({*turns})
 
 
 def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Body]:

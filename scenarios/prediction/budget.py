@@ -13,7 +13,7 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
 from scenarios.experiments.draws import applied, numbers_needed, settings_from, settings_with, sources_of, spread_of
 from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
-from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable
+from scenarios.experiments.schema import TURNS, DrawTable, Scenario, ScenarioTable, in_turns
 from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
 from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells, percent
 from scenarios.rendering.result import FromOne, ResultModel
@@ -35,6 +35,8 @@ MEANING = (
     "biases (signed) and of variances. Within: share of runs within tolerance, for normal errors."
 )
 CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
+NO_DRIFT = f"gains that are equal in bare and loaded motions (the order {', '.join(TURNS)} measures a change)"
+"""Assumption of scenarios whose protocol does not show drift."""
 LEAST = 5e-6
 """Relative error of a source below which it is reported as 0."""
 
@@ -281,7 +283,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     return PredictedBudget(
         scenario=scenario.name,
         method=estimate.method,
-        remarks=list(estimate.remarks),
+        remarks=[*estimate.remarks, *([] if in_turns(scenario.table.experiment.protocol) else [NO_DRIFT])],
         joints=[joint(k, j) for k, j in enumerate(joints)],
         refused=[{"joint": j + 1, "reason": reason} for j, reason in refused],
         unpredicted=unpredicted,

@@ -78,6 +78,7 @@ def page(tmp_path_factory) -> str:
 
 def test_motions_weights_and_rates_are_those_of_the_scenario(page):
     assert "for 43 s" in page
+    assert "Keep this order" in page  # a bare motion follows the loaded ones
     assert "at 52 Hz or more" in page  # four samples in a period of the higher cut-off
     assert "416 Hz" in page  # 32 cut-offs of the positions
     assert slowest_hz(ObserveOptions(cutoff_hz=7.0, decimation_cutoff_hz=11.0)) == 44.0
@@ -109,7 +110,9 @@ def test_commands_on_the_page_name_files_flange_and_couplings(page, tmp_path):
         assert words[2:at] == ["unloaded.parquet", "unloaded-2.parquet"]
         assert words[at:] == ["--loaded", f"{name}.parquet", "--payload", f"payload-{name}.toml"]
     believed = 'extends = "tx40"\n[belief]\ncouplings = [[5, 6], [1, 3]]\n'
-    lines = parsed((recorded(tmp_path, believed) / "record.md").read_text())
+    pair = (recorded(tmp_path, believed) / "record.md").read_text()
+    assert "motions in the order bare, loaded, loaded, bare measure it." in pair
+    lines = parsed(pair)
     believing = [" ".join(line) for line in lines if line[0] in {"check", "identify", "verify"}]
     assert len(believing) == 3
     assert all("--coupling 5 6 --coupling 1 3" in line for line in believing)

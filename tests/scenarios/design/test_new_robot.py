@@ -21,7 +21,7 @@ from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
 from scenarios.design.model_facts import ModelFacts
 from scenarios.design.new_robot import bar, home_pose, new_robot
-from scenarios.experiments.schema import body_of
+from scenarios.experiments.schema import TURNS, body_of
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError, TrajectoryError
 from sim.plant import bare_arm
@@ -242,7 +242,9 @@ def test_given_payload_and_torques_are_written_and_run_and_joints_beyond_the_fla
     robot = tomllib.loads((out / "robot.toml").read_text())
     assert (robot["flange"], robot["rated_load"]["value"]) == ("palm", 0.25)
     assert robot["drives"]["current_limit"]["value"] == [float(each) for each in torque]
-    scenario = tomllib.loads((out / "scenario.toml").read_text())
+    text = (out / "scenario.toml").read_text()
+    scenario = tomllib.loads(text)
+    assert tomllib.loads(text.replace("# protocol", "protocol"))["experiment"]["protocol"] == [*TURNS]
     for part, std in (("plant", 0.0), ("belief", 0.004)):
         assert scenario[part]["payload"].get("mass_std", 0.0) == std
         assert payload_from_table({**scenario[part]["payload"], "mass_std": 0.004}) == read_payload(bottle)

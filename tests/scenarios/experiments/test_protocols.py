@@ -13,7 +13,7 @@ from scenarios.cli import main
 from scenarios.experiments.draws import check_draws, drawn_settings
 from scenarios.experiments.run import Trial, run
 from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
-from scenarios.experiments.schema import grouped, motion_names, mountings
+from scenarios.experiments.schema import TURNS, grouped, in_turns, motion_names, mountings
 from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError, WrongValue
@@ -30,6 +30,18 @@ apply = "add"
 def test_motions_of_one_payload_are_identified_together_and_all_others_in_order_of_time():
     assert grouped(("bare", "light", "heavy", "bare")) == (0, 1, 2, 3)
     assert grouped(("bare", "light", "bare", "heavy", "light", "bare", "heavy")) == (0, 1, 4, 2, 3, 6, 5)
+
+
+def test_a_protocol_is_in_turns_if_a_mounting_returns_after_another_one():
+    for turns in (
+        TURNS,
+        ("bare", "loaded") * 2,
+        ("light", "heavy", "heavy", "light"),
+        ("bare", "bare", "heavy", "bare"),
+    ):
+        assert in_turns(turns)
+    for block in (("bare", "loaded"), ("bare", "bare", "loaded", "loaded"), ("bare", "light", "heavy"), ("bare",)):
+        assert not in_turns(block)
 
 
 def test_every_motion_has_the_payload_that_the_protocol_names_on_either_side(tmp_path):

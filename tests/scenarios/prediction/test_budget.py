@@ -113,6 +113,7 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
     levels["encoder_noise"] = even(f"{SENSORS}encoder_noise", 3e-5)
     loud = predicted_budget(sourced(quick, load=even(FRICTION, 0.04), **levels))
     assert [cost.source for cost in loud.joints[0].costs] == [OTHER, "load"]
+    assert budget.remarks[-1].endswith("(the order bare, loaded, loaded, bare measures a change)")
     reasons = {each["source"]: each["reason"] for each in (*budget.unpredicted, *loud.unpredicted)}
     assert list(reasons) == ["loop", "wild", *levels]
     assert not {*reasons} & {cost.source for cost in budget.joints[0].costs}

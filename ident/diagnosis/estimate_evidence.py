@@ -9,6 +9,7 @@ large faults by another estimate:
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
@@ -122,7 +123,9 @@ class HeldOutEstimate:
         residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
         return replace(self, fits=fits_of([held_out_beside(held, new, residual)]))
 
-    def effects(self, currents: Array, beside: "HeldOutEstimate | None" = None) -> tuple[Effect, ...]:
+    def effects(
+        self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
+    ) -> tuple[Effect, ...]:
         """Error of each gain due to currents that the model does not include.
 
         With another model than the estimate's, the error includes the difference of the gains.
@@ -131,19 +134,20 @@ class HeldOutEstimate:
             currents: Currents added to the rows, shape (R,).
             beside: The estimate with them. Errors are compared with the standard deviation by its residual, as a fault
                 also increases the residual.
+            corrected: The estimate from logs without these currents, whose standard deviation is that of a gain which
+                the fault makes so inaccurate that it is refused.
         """
+        known = {} if corrected is None else corrected.identified
         own, solution = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
         moved += (1.0 + moved) * (own.inverse / solution.inverse - 1.0)
         place = {int(j): k for k, j in enumerate(own.joints)}
+        left = {j: 1.0 if beside is None else beside.left_of(j) for j in self.estimate.identified}
+        std = {j: claimed(gain) for j, gain in known.items() if j in place}
+        std |= {j: claimed(gain, left[j]) for j, gain in self.estimate.identified.items()}
         return tuple(
-            Effect(
-                joint=j,
-                percent=100.0 * float(moved[place[j]]),
-                deviations=float(moved[place[j]]) / claimed(gain, 1.0 if beside is None else beside.left_of(j)),
-            )
-            for j, gain in enumerate(self.estimate.joints)
-            if isinstance(gain, IdentifiedGain)
+            Effect(joint=j, percent=100.0 * float(moved[place[j]]), deviations=float(moved[place[j]]) / std[j])
+            for j in sorted(std)
         )
 
     def left_of(self, joint: int) -> float:
@@ -247,7 +251,7 @@ def lacks_of(
     open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
-        yield diagnosis_of(lack, names)
+        yield diagnosis_of(lack, names, reestimate)
         base = base.beside(lack.best.alternative)
         open_ones.remove(lack.best.alternative)
     for each in believed:
@@ -261,7 +265,7 @@ def lacks_of(
     if wrong is not None:
         yield wrong
         return
-    found = [diagnosis_of(each, names) for each in lacks]
+    found = [diagnosis_of(each, names, reestimate) for each in lacks]
     yield from found
     if free is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
@@ -417,14 +421,18 @@ def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool)
     )
 
 
-def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
+def diagnosis_of(lack: Lack, names: Sequence[str], reestimate: Estimate | None = None) -> Diagnosis:
     """Return the diagnosis of an effect that an estimate lacks.
 
     What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
-    deviation of a gain that is not refused.
+    deviation of a gain that is not refused. Gains that are refused are estimated again, without a fault.
     """
     base, best, rivals = lack
-    effects = base.effects(base.stacked(best.alternative.columns) @ best.value, _extended(base, best))
+    corrected = None
+    if best.alternative.at_fault and reestimate is not None and not base.estimate.identifiable.all():
+        with suppress(IdentificationError):
+            corrected = reestimate(_without(base.problem, best))
+    effects = base.effects(base.stacked(best.alternative.columns) @ best.value, _extended(base, best), corrected)
     severity = severity_of(effects)
     limit = 100.0 * base.problem.options.max_rel_std
     beyond = any(each.spoils and abs(each.percent) > limit for each in effects)
@@ -445,4 +453,22 @@ def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
         z=best.z,
         effects=effects,
         rivals=tuple(each.alternative.described(each.value, names).words for each in rivals),
+    )
+
+
+def _without(problem: Problem, found: FirstOrder) -> Problem:
+    """Return a problem without the currents of an effect."""
+    ends = np.cumsum([[len(own.V) for own in each.observation.joints] for each in problem.motions], axis=0)
+    motions = [list(each.observation.joints) for each in problem.motions]
+    for j, columns in enumerate(found.alternative.columns):
+        for own, part in zip(
+            motions, np.split(columns @ found.value, ends[:-1, j]) if columns is not None else (), strict=False
+        ):
+            own[j] = replace(own[j], V=own[j].V - part)
+    return replace(
+        problem,
+        motions=tuple(
+            replace(each, observation=replace(each.observation, joints=tuple(own)))
+            for each, own in zip(problem.motions, motions, strict=True)
+        ),
     )

@@ -115,55 +115,81 @@ def identify(
         IdentificationError: If the data contradict their description; one class per cause, and the message states the
             probable fault.
     """
-    estimate_of = _estimator(method, options)
+    estimate_of = estimate_by(method, options)
     prepared = prepare(logs, arm, observing=observing, gains=gains, policy=policy)
-    raise_for(prepared, Diagnosed())
+    raise_for(prepared.diagnoses)
     if not gives_a_gain(options):
         check_payloads(prepared.motions)
-    estimate = None
-    try:
-        estimate = estimate_of(prepared.problem)
-        check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
-    except IdentificationError as error:  # a fault of the logs is reported as the cause
+    doubted = doubts(prepared, estimate_of, links=links)
+    if doubted.failed is not None:  # a fault of the logs is reported as the cause
         check_payloads(prepared.motions)
-        raise_for(prepared, diagnose(prepared.logs(), estimate, estimate_of) if policy.checked else Diagnosed())
-        cause = cause_of(error, prepared.problem)
+        raise_for(doubted.found.diagnoses)
+        cause = cause_of(doubted.failed, prepared.problem)
         if prepared.diagnoses:
-            raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from error
-        raise cause from error
-    found = _diagnosed(prepared, estimate, estimate_of, prepared.diagnoses, links)
-    kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
+            raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from doubted.failed
+        raise cause from doubted.failed
+    assert doubted.estimate is not None, "it has not failed"
+    kept = without_spoilt(doubted.estimate, doubted.found.diagnoses)
+    return Identification(kept, kept.remarks + prepared.notes, doubted.found, prepared.observing, prepared)
 
 
-def _estimator(method: str, options: object | None = None) -> Estimate:
+def estimate_by(method: str = DEFAULT, options: object | None = None) -> Estimate:
     """Return the gains of a problem by a method, as a function."""
     chosen = estimator(method)
     wanted = chosen.options() if options is None else options
     return lambda problem: chosen.estimate(problem, wanted)
 
 
-def _diagnosed(
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Doubts:
+    """What is wrong with logs, and the gains that they give.
+
+    Attributes:
+        found: Diagnoses of the logs, and of the estimate if there is one.
+        estimate: The gains, also those that a fault invalidates; None without an estimate.
+        failed: Why the estimate failed, None if it did not.
+    """
+
+    found: Diagnosed
+    estimate: GainEstimate | None = None
+    failed: IdentificationError | None = None
+
+
+def doubts(
     prepared: Prepared,
-    estimate: GainEstimate | None,
-    estimate_of: Estimate,
-    before: Sequence[Diagnosis],
-    links: Array | None,
-    refused: Diagnosis | None = None,
-) -> Diagnosed:
-    """Return diagnoses of logs and their estimate; what refuses an estimate is reported unless a fault explains it."""
-    if estimate is None or prepared.policy.checked:
+    estimate_of: Estimate | None = None,
+    *,
+    before: Sequence[Diagnosis] | None = None,
+    links: Array | None = None,
+    loads: bool = True,
+) -> Doubts:
+    """Diagnose prepared logs: the same faults of the same logs, whatever the command, before gains are judged.
+
+    Args:
+        prepared: The logs.
+        estimate_of: Estimates the gains; None if no payload is known.
+        before: Diagnoses of the samples; those that were made when the logs were prepared if None.
+        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains.
+        loads: Whether an estimate without a load, or without any gain, fails.
+    """
+    estimate, failed, checked = None, None, prepared.policy.checked
+    if estimate_of is not None:
+        try:
+            estimate = estimate_of(prepared.problem)
+            if loads:
+                check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
+        except IdentificationError as error:
+            estimate, failed = None, error
+    if checked:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
-        found = lacking(prepared.problem, estimate, prepared.logs())
-    found = joined(Diagnosed(diagnoses=tuple(before)), found)
-    if refused is not None:
-        return found if found.severity is Severity.WRONG else joined(found, more=(refused,))
-    if estimate is None:
-        return found
-    found = joined(found, symptoms(estimate, found))
-    weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
-    return joined(found, more=() if weight is None else (weight,))
+        found = Diagnosed() if estimate is None else lacking(prepared.problem, estimate, prepared.logs())
+    found = joined(Diagnosed(diagnoses=tuple(prepared.diagnoses if before is None else before)), found)
+    if estimate is not None:
+        found = joined(found, symptoms(estimate, found))
+        weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
+        found = joined(found, more=() if weight is None else (weight,))
+    return Doubts(found=found, estimate=estimate, failed=failed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -220,14 +246,12 @@ def check(
     if payload is not None and about is not None and not mounted[0]:
         predicted = predicted_rel_std(problem.motions[0].observation, payload, about, gains)
         found.append(excitation(prepared.motions[0].recording.name, predicted, gains))
-    estimate, refused, estimate_of = None, None, _estimator(DEFAULT)
-    if any(mounted) and not all(mounted):
-        try:
-            estimate = estimate_of(problem)
-            check_load(estimate)
-        except IdentificationError as error:
-            refused = Diagnosis(name="load", severity=Severity.WRONG, sentence=str(cause_of(error, problem)))
-    diagnosed = _diagnosed(prepared, estimate, estimate_of, found, links, refused)
+    weighed = any(mounted) and not all(mounted)
+    doubted = doubts(prepared, estimate_by() if weighed else None, before=found, links=links)
+    diagnosed = doubted.found
+    if doubted.failed is not None and diagnosed.severity is not Severity.WRONG:
+        sentence = str(cause_of(doubted.failed, problem))
+        diagnosed = joined(diagnosed, more=[Diagnosis(name="load", severity=Severity.WRONG, sentence=sentence)])
     return Checked(logs=logs, found=diagnosed, observing=prepared.observing)
 
 

@@ -16,6 +16,7 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_from
 from ident.observation.following import following
 from ident.observation.observation import Observation, ObserveOptions, observe
+from ident.payload.payload import Payload
 from ident.recordings.checks import check_log
 from ident.recordings.recording import Motion, Recording, motions_of
 from ident.support.arrays import Mask
@@ -121,6 +122,12 @@ class Prepared:
         """Remarks on changes of the logs."""
         return (*self.remarks, *(note for each in self.parts for note in each.observation.notes))
 
+    def carrying(self, payload: Payload) -> "Prepared":
+        """The same with another description of all payloads that are mounted."""
+        motions = tuple(each if each.payload is None else replace(each, payload=payload) for each in self.motions)
+        observed = (each if each.payload is None else replace(each, payload=payload) for each in self.problem.motions)
+        return replace(self, motions=motions, problem=replace(self.problem, motions=tuple(observed)))
+
     @cached_property
     def _logs(self) -> Logs:  # asked for a common delay, and for all faults
         recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
@@ -191,7 +198,7 @@ def _refuse_unfit(prepared: Prepared) -> None:
         if each.unfit is not None:
             raise (beyond or each.unfit) from each.unfit
     if beyond is not None:
-        raise_for(prepared, diagnose(prepared.logs()))
+        raise_for([*diagnose(prepared.logs()).diagnoses, *prepared.diagnoses])
         raise beyond
 
 
@@ -245,9 +252,9 @@ def _undelayed(prepared: Prepared) -> Prepared:
     return replace(prepared, parts=tuple(parts), problem=problem, observing=observing)
 
 
-def raise_for(prepared: Prepared, found: Diagnosed) -> None:
-    """Refuse all logs if one has a fault; raises `Contradiction`, whose message states the worst one."""
-    wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
+def raise_for(diagnoses: Sequence[Diagnosis]) -> None:
+    """Refuse all logs if one has a fault; raises `Contradiction`, whose message states the first one."""
+    wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
     if wrong:
         raise Contradiction(refusal_of(wrong))
 

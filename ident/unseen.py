@@ -20,7 +20,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Severity
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
@@ -28,7 +27,7 @@ from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import GainOptions, ObservedMotion
 from ident.estimation.rows import Columns
-from ident.identification import Identification
+from ident.identification import Identification, doubts, estimate_by
 from ident.model.parameters import INERTIAL
 from ident.model.structure import Structure, independent_columns
 from ident.observation.observation import ObserveOptions
@@ -227,7 +226,8 @@ def unseen_motion(
     bare = [each for each in seen if each.payload is None]
     try:
         own = door([log])
-        compared = diagnose(door([*bare, log]).logs()) if policy.checked else Diagnosed()
+        weighed = bare and log.payload is not None
+        compared = doubts(door([*bare, log]), estimate_by() if weighed else None, before=(), loads=False).found
     except IdentificationError as error:
         if name in str(error):
             raise

@@ -1,8 +1,11 @@
-"""Gains tested with a weighed payload that was not used for their identification: mass from currents against the scale.
+"""Gains tested with a weighed payload that was not used for their identification: mass from currents against scale.
 
-All joints together give the mass (`payload`). Each joint alone shows which gain is wrong, since a relative error of the
-gain is the same relative error of its mass: its system has the joint's rows, its friction columns from the fit of all
-joints, and the column of the torque per kilogram of the payload; all other columns are free.
+All joints together give the mass (`payload`). Each joint shows its own gain: recordings and weighed payload also give
+gains, and a relative error of a gain is the same relative error of the mass,
+
+    m_j = m g_j / g'_j        m  weighed mass, g_j  gain in question, g'_j  gain from the weighed payload
+
+so that faults of the recordings, refusals and intervals are those of an identification from them.
 
 A wrong weighed mass, here or in the identification of the gains, gives all joints the same relative error; a wrong gain
 affects only its own joint. With x_j = log(m_j / m), the largest group of joints with a common x is selected, unless a
@@ -15,17 +18,14 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit
+from ident.estimation.estimate import GainEstimate, RefusedGain
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import common_scale, sharing_joints
-from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.numerics.least_squares import factors
 from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
-from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, payload_of
-from ident.payload.payload import FARTHEST, HEAVIEST, LIGHTEST, KnownPayload, Payload
-from ident.support.arrays import Array
+from ident.parameters.payload import SURE, FoundBody, FoundPayload, payload_of
+from ident.payload.payload import HEAVIEST, LIGHTEST, Payload
 from ident.support.errors import NotIdentifiable, PayloadError
 
 LEVEL = 0.05
@@ -34,10 +34,6 @@ WEAK, WEAK_ALONE = 0.1, 0.25
 """Relative standard deviations of the mass, from all joints and from one, above which it is inconclusive."""
 LEAST = 2
 """Least number of joints with a common error."""
-DEPENDENT = 1e-9
-"""Relative norm of the independent part of a unit column below which it is dependent."""
-NEW = 1e-6
-"""Least independent part of the unit column of the mass."""
 STDS = ("std", "residual_std", "gain_std", "model_std")
 AGREES, DIFFERS, SAYS_NOTHING = "agrees", "differs", "says nothing"
 UNKNOWN = Payload(mass=1.0, known="none")
@@ -93,17 +89,26 @@ class Verification:
         return self.together.verdict == AGREES and not any(each.verdict == DIFFERS for each in self.joints)
 
 
-def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verification:
-    """Compare a payload estimated with gains with its weighed mass; its known shape is used for single joints.
+def verified(found: FoundPayload, payload: Payload, gains: KnownGains, estimate: GainEstimate | str) -> Verification:
+    """Compare a payload estimated with gains with its weighed mass.
 
     The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
-    Raises `PayloadError` if the payload's mass is not known, `NotIdentifiable` if the mass is not identifiable.
+
+    Args:
+        found: The payload.
+        payload: The same, weighed.
+        gains: The gains in question.
+        estimate: Gains from the same recordings with the weighed payload, or why there are none.
+
+    Raises:
+        PayloadError: If the payload's mass is not known.
+        NotIdentifiable: If the mass is not identifiable.
     """
     if payload.known == "none":
         raise PayloadError("payload: known = 'none', but a verification needs its mass; weigh it, known = 'mass'")
     if "M" in found.refused:
         raise NotIdentifiable(f"the payload's M: {found.refused['M']}")
-    alone = masses_alone(found, payload, gains)
+    alone = masses_of_joints(payload, gains, estimate)
     limit = -NormalDist().inv_cdf(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone)))
 
     def weighed(joint: int | None, mass: Quantity | str | None) -> Weighed:
@@ -128,109 +133,43 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     )
 
 
-def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
-    """Return the mass from each joint alone compared with that from all; empty if the latter is not significant.
-
-    Each joint uses the estimated centre of mass with its standard deviations; the inertia is free. Errors of one joint
-    and of all together are assumed independent, which makes false alarms rarer than `LEVEL`.
-    """
-    payload = as_stated(body)
-    return () if payload is None else verified(found, payload, gains).joints
-
-
 def as_stated(body: FoundBody) -> Payload | None:
-    """Return an estimated body as a specified payload; None if its mass is not significant or not plausible."""
-    mass, centre = body.of("mass"), [each for each in map(body.of, CENTRE) if each is not None]
+    """Return the mass of an estimated body as a weighed payload; None if it is not significant or not plausible."""
+    mass = body.of("mass")
     if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
         return None
-    stated = Payload(mass=mass.value, mass_std=mass.std, known="mass")
-    if len(centre) < len(CENTRE) or max(abs(each.value) + each.std for each in centre) > FARTHEST:
-        return stated
-    (x, y, z), (sx, sy, sz) = [each.value for each in centre], [each.std for each in centre]
-    return replace(stated, com=(x, y, z), com_std=(sx, sy, sz), known="com")
+    return Payload(mass=mass.value, mass_std=mass.std, known="mass")
 
 
-def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tuple[Quantity | str, ...]:
-    """Return the mass from each joint alone [kg], with the known shape of a specified payload, or why it gives none."""
-    known, final = payload.known_part(), found.selected.final
-    ready, uncertainty = final.ready, UNCERTAINTIES[final.ready.problem.options.uncertainty]
-    spread = known.spread[:, 1:] if len(known.names) > 1 else np.zeros((10, 0))  # of the shape; the mass is estimated
-    results: list[Quantity | str] = ["its gain is not known"] * ready.n
+def masses_of_joints(payload: Payload, gains: KnownGains, estimate: GainEstimate | str) -> tuple[Quantity | str, ...]:
+    """Return the mass from each joint [kg] by its gain in question, or why it gives none; arguments as in `verified`.
+
+    Its deviation does not include that of the scale, which the estimated gains have in common.
+    """
+    results: list[Quantity | str] = [estimate if isinstance(estimate, str) else "its gain is not known"] * len(
+        gains.names
+    )
     rel_std = np.sqrt(np.diag(gains.log_covariance)).tolist()
     for j, gain, deviation in zip(gains.joints.tolist(), gains.value.tolist(), rel_std, strict=True):
-        solved = mass_alone(final, j, gain, known)
-        if solved is None:
-            results[j] = "the torque of the mass on this joint cannot be separated from that of the arm"
+        if isinstance(estimate, str):
             continue
-        rivals = [
-            each.share * (other.mass - one.mass)
-            for each in found.selected.rivals
-            if (one := mass_alone(each.final, j, gain, known)) is not None
-            and (other := mass_alone(each.other, j, gain, known)) is not None
-        ]
-        shape = solved.influence @ (ready.columns.W_L[0][ready.columns.joint == j] @ spread) / gain
-        residual = uncertainty(solved.rows, solved.influence[None])
+        shown = estimate.joints[j]
+        if isinstance(shown, RefusedGain):
+            results[j] = shown.reason
+            continue
+        value = payload.mass * gain / shown.value
+        of_shape = max(shown.payload_rel_std**2 - (payload.mass_std / payload.mass) ** 2, 0.0) ** 0.5
         mass = Quantity(
             name="mass",
             unit="kg",
-            value=solved.mass,
-            residual_std=float(np.sqrt(residual[0, 0])),
-            gain_std=deviation * abs(solved.mass),
-            model_std=float(np.linalg.norm((solved.belief, *rivals, *shape))),
+            value=value,
+            residual_std=abs(value * shown.residual_std / shown.value),
+            gain_std=abs(value) * deviation,
+            model_std=abs(value) * float(np.hypot(shown.model_rel_std, of_shape)),
         )
         weak = mass.std > WEAK_ALONE * payload.mass
         results[j] = f"its estimate of the mass has a standard deviation of {mass.std:.2g} kg" if weak else mass
     return tuple(results)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MassAlone:
-    """Mass from one joint [kg], its derivative by each row's current, its change by priors, and the rows."""
-
-    mass: float
-    influence: Array
-    belief: float
-    rows: Rows
-
-
-def mass_alone(fitted: Fit, j: int, gain: float, known: KnownPayload) -> MassAlone | None:
-    """Solve the least squares of one joint's rows with the priors of its own parameters; None if the mass is dependent.
-
-    The joint's shared columns are the arm's, then the unknown ones of the payload, then compliance; the column of the
-    mass, per kilogram with the known shape, replaces those of the known payload parameters.
-    """
-    ready, columns, model = fitted.ready, fitted.ready.columns, fitted.model
-    arm = len(ready.shared.arm)
-    at = columns.joint == j
-    V, shared, W_L = fitted.rows.V[at], ready.A[at], columns.W_L[0][at]
-    used = model.own.used[j]
-    F, mean, std = model.F[at][:, used], model.mean[j, used], model.std[j, used]
-    weight, believed = fitted.rows.weight[at], np.isfinite(std)
-    kilogram = W_L[:, known.mask] @ known.chi[known.mask] / (known.chi[9] * gain)
-    elastic = shared[:, arm + len(ready.shared.free[0]) :]
-    others = np.hstack((F, shared[:, :arm], W_L[:, ~known.mask], elastic))
-    beliefs = np.zeros((np.count_nonzero(believed), others.shape[1]))
-    beliefs[np.arange(len(beliefs)), np.flatnonzero(believed)] = 1.0 / std[believed]
-    basis = factors(np.vstack((others * weight[:, None], beliefs)), rank_tol=DEPENDENT).Q
-    column = np.concatenate((kilogram * weight, np.zeros(len(beliefs))))
-    left = column - basis @ (basis.T @ column)
-    if np.linalg.norm(left) <= NEW * np.linalg.norm(column):
-        return None
-    Y = np.concatenate((V * weight, (mean / std)[believed]))
-    pseudo, size = left / float(left @ column), len(V)
-    explained = np.column_stack((basis, left / np.linalg.norm(left)))
-    rows = Rows(
-        V=V,
-        residual=(Y - explained @ (explained.T @ Y))[:size] / weight,
-        joint=np.full(size, j, dtype=np.intp),
-        motion=columns.motion[at],
-        position=columns.position[at],
-        unknowns={j: float(np.sum(explained[:size] ** 2))},
-        weight=weight,
-        explained=explained[:size],
-    )
-    influence, belief = pseudo[:size] * weight, float(np.linalg.norm(pseudo[size:]))
-    return MassAlone(mass=float(pseudo @ Y), influence=influence, belief=belief, rows=rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -306,10 +245,13 @@ class GainsOutcome:
     weighed: Verification
 
 
-def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options: object) -> GainsOutcome:
+def gains_outcome(
+    problem: Problem, weight: Payload, gains: KnownGains, options: object, estimate: GainEstimate
+) -> GainsOutcome:
     """Estimate payload and arm with given gains, from bare motions and those of one mounting with an unknown payload.
 
-    The known shape of `weight` is used for single joints; for options of methods other than `nls`, `PLAIN` is used.
+    For options of methods other than `nls`, `PLAIN` is used; `estimate` has the gains from the same motions and the
+    weighed payload.
 
     Raises:
         NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.
@@ -317,15 +259,20 @@ def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options:
         PayloadError: If no parameter of the payload is known.
     """
     found = payload_of(problem, gains, options if isinstance(options, AllJointsOptions) else PLAIN)
-    return GainsOutcome(gains=gains, weighed=verified(found, weight, gains), arm=arm_in_use(problem, gains))
+    return GainsOutcome(gains=gains, weighed=verified(found, weight, gains, estimate), arm=arm_in_use(problem, gains))
 
 
-def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object) -> GainsOutcome:
-    """Estimate arm and heaviest payload of motions used for identification, as `gains_outcome`, with other gains."""
+def outcome_of_other_gains(
+    problem: Problem, gains: KnownGains, options: object, estimate: GainEstimate
+) -> GainsOutcome:
+    """Estimate arm and heaviest payload of motions used for identification, as `gains_outcome`, with other gains.
+
+    `estimate` has the identified ones.
+    """
     problem.check_difference()
     weight = max(problem.payloads, key=lambda each: each.mass)
     loaded = [motion for motion in problem.motions if motion.payload is weight]
-    return gains_outcome(with_unknown_weight(problem, loaded), weight, gains, options)
+    return gains_outcome(with_unknown_weight(problem, loaded), weight, gains, options, estimate)
 
 
 def with_unknown_weight(problem: Problem, loaded: Sequence[ObservedMotion]) -> Problem:

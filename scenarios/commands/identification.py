@@ -201,7 +201,7 @@ def identify_command(options: argparse.Namespace) -> Status:
             assert found.prepared is not None, "an identification has what it was found from"
             if known is not None:
                 check_comparable(estimated_gains(found.estimate), known)
-            cost = None if known is None else outcome_of_other_gains(found.prepared.problem, known, own)
+            cost = None if known is None else outcome_of_other_gains(found.prepared.problem, known, own, found.estimate)
             unseen = None if log is None else predict_unseen(found, log, other=known)
             result, passed = Result.of_identification(found, identify_s, cost, unseen), unseen is None or unseen.passed
             fit = None if saving is None else fit_of(found.prepared, found.estimate)

@@ -12,9 +12,8 @@ from scenarios.command_line.process import Status
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from ident.diagnosis.diagnosis import Diagnosed
-    from ident.parameters.payload import FoundPayload
-    from ident.preparation import Prepared
+    from ident.payload.payload import Payload
+    from scenarios.gains_in_use.known_gains import Weighing
     from scenarios.results.gains_file import GainsFile
 
 REL_STD = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
@@ -74,7 +73,6 @@ def _compared(options: argparse.Namespace) -> Status:
 
 def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) -> Status:
     """Test gains with a payload of known mass, and predict the motion of --unseen."""
-    from ident.parameters.weighing import verified
     from ident.payload.payload import read_payload
     from ident.unseen import predict_with
     from scenarios.gains_in_use.known_gains import check_unseen
@@ -87,32 +85,35 @@ def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) ->
     file, payload = read_gains(options.gains), read_payload(loaded[0].payload)
     unloaded = [path for each in mounted if each.payload is None for path in each.recordings]
     with output.under_way(options, "weighing"):
-        weighed, diagnosed, prepared = _payload_of(options, file, unloaded, loaded[0].recordings)
-        found = verified(weighed, payload, file.known)
-        found.body.check_mass()
-        arm = prepared.problem.structure.arm
+        found = _payload_of(options, file, unloaded, loaded[0].recordings, payload)
+        prepared, arm = found.prepared, found.prepared.problem.structure.arm
         log, unseen = inputs.unseen_motion(options, inputs.log_description(options, arm.joint_names)), None
         if log is not None:
             check_unseen(file, [], [log.recording])
             bare = tuple(motion for motion in prepared.motions if motion.payload is None)
             other = None if options.compare_with is None else inputs.known_gains(options.compare_with, arm)
             unseen = predict_with(file.known, replace(prepared, motions=bare), log, other=other)
-    result = Verification.of(found, diagnosed, unseen)
+    assert found.verified is not None, "of a weighed payload"
+    result = Verification.of(found.verified, found.found, unseen)
     return output.show(result.report("Gains verified with the weighed mass"), options, passed=result.passed)
 
 
 def _payload_of(
-    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
-) -> "tuple[FoundPayload, Diagnosed, Prepared]":
-    """Read recordings and estimate their payload with the gains of a file."""
-    from scenarios.gains_in_use.known_gains import estimated_payload
+    options: argparse.Namespace,
+    file: "GainsFile",
+    unloaded: Sequence[Path],
+    loaded: Sequence[Path],
+    weighed: "Payload | None" = None,
+) -> "Weighing":
+    """Read recordings and estimate their payload, weighed or not, with the gains of a file."""
+    from scenarios.gains_in_use.known_gains import weighing
 
     structure = inputs.robot_of(options, options.model).structure
     description = inputs.log_description(options, structure.arm.joint_names)
     bare, heavy = (inputs.read_unrepaired(each, description) for each in (unloaded, loaded))
     filters, model = inputs.observe_words(options), options.option
-    return estimated_payload(
-        structure, bare, heavy, file, filters=filters, model=model, policy=inputs.policy_of(options)
+    return weighing(
+        structure, bare, heavy, file, weighed=weighed, filters=filters, model=model, policy=inputs.policy_of(options)
     )
 
 
@@ -155,16 +156,15 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
 
 def payload_of_command(options: argparse.Namespace) -> Status:
     """Estimate an unknown payload with known gains."""
-    from ident.parameters.weighing import joint_agreement
     from scenarios.gains_in_use.weighing import FoundPayload
     from scenarios.results.gains_file import read_gains
 
     file = read_gains(options.gains)
     with output.under_way(options, "weighing"):
-        found, diagnosed, _ = _payload_of(options, file, options.unloaded, options.logs)
-        found.body.check_mass()
-        joints = joint_agreement(found, found.body, file.known)
-    return output.show(FoundPayload.of(found, joints, diagnosed).report("Payload estimated from currents"), options)
+        found = _payload_of(options, file, options.unloaded, options.logs)
+    joints = () if found.verified is None else found.verified.joints
+    result = FoundPayload.of(found.payload, joints, found.found)
+    return output.show(result.report("Payload estimated from currents"), options)
 
 
 def torque_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,18 +6,19 @@ with the payload, is predicted on the first loaded motion, from which the gains 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
 from ident.estimation.rows import Columns
 from ident.identification import Identification
 from ident.observation.observation import observe
-from ident.parameters.arm import predicted_torque, rel_errors
+from ident.parameters.arm import PLAIN, predicted_torque, rel_errors
 from ident.parameters.payload import UNITS
 from ident.parameters.weighing import GainsOutcome, gains_outcome, with_unknown_weight
 from ident.payload.payload import Payload
@@ -169,12 +170,14 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
     assert setup.check is not None, "requested where the scenario has it"
     assert found.prepared is not None, "a run has what it was identified from"
     problem, weight = found.prepared.problem, setup.check.plant.payload
-    motion = ObservedMotion(observe(check, setup.structure, found.observing), None)
-    weighing, options = with_unknown_weight(problem, [motion]), table.identification.method_options
     exact = Payload(mass=weight.mass, com=weight.com, inertia=weight.inertia)
+    motion = ObservedMotion(observe(check, setup.structure, found.observing), exact)
+    weighing, own = with_unknown_weight(problem, [motion]), table.identification.method_options
+    options = own if isinstance(own, AllJointsOptions) else PLAIN
+    estimate = all_joints_gains(replace(weighing, motions=(*weighing.motions[:-1], motion)), options)
     gains = stated_gains(setup.structure.arm, table.belief.controller_gain), estimated_gains(found.estimate)
     a_priori, identified = (
-        gains_outcome(weighing, exact, each, options) if len(each.joints) else None for each in gains
+        gains_outcome(weighing, exact, each, options, estimate) if len(each.joints) else None for each in gains
     )
     assert a_priori is not None, "the controller has a gain for every joint"
     links = nominal_links(plant.robot.model, plant.robot.flange).whole

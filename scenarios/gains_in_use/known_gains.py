@@ -1,14 +1,13 @@
 """Estimates with given gains: payloads, the arm from bare motions, torques; recordings that suit a file of gains."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from pydantic import Field, JsonValue
 
-from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.gain_checks import OTHER_UNIT
 from ident.diagnosis.plausibility import prediction_warnings
@@ -17,16 +16,17 @@ from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import JointTorque, KnownGains
 from ident.estimation.problem import GainOptions
+from ident.identification import doubts, estimate_by
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import PLAIN, BareArm, arm_in_SI, forecast_gains, gain_ratios
 from ident.parameters.links import nearest_links
 from ident.parameters.payload import FoundPayload, payload_of
-from ident.parameters.weighing import UNKNOWN
+from ident.parameters.weighing import UNKNOWN, Verification, as_stated, verified
 from ident.payload.payload import Payload
-from ident.preparation import Policy, Prepared, joined, prepare, raise_for
+from ident.preparation import Policy, Prepared, prepare, raise_for
 from ident.recordings.recording import Motion, Recording, has_marks
-from ident.support.errors import OptionError, RobotModelError
+from ident.support.errors import IdentificationError, OptionError, RobotModelError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
@@ -44,33 +44,40 @@ GIVEN = ("gain_joint", "gain_value", "gain_laws")
 """Options that define or correct the gains; not applicable with given gains."""
 
 
-def _prepared(
-    motions: Sequence[Motion], structure: Structure, observing: ObserveOptions, gains: GainOptions, policy: Policy
-) -> tuple[Prepared, Diagnosed]:
-    """Return recordings as used, with their diagnoses; raise if one has a fault."""
-    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
-    diagnosed = diagnose(prepared.logs())
-    raise_for(prepared, diagnosed)
-    return prepared, joined(diagnosed, more=prepared.diagnoses)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Weighing:
+    """A payload estimated with given gains.
+
+    Attributes:
+        payload: The estimate.
+        verified: Its mass compared with the weighed one or, without a scale, the joints' with that of all; None if that
+            is not significant.
+        found: Diagnoses of the recordings.
+        prepared: The recordings as used.
+    """
+
+    payload: FoundPayload
+    verified: Verification | None
+    found: Diagnosed
+    prepared: Prepared
 
 
-def estimated_payload(
+def weighing(
     structure: Structure,
     unloaded: Sequence[Recording],
     loaded: Sequence[Recording],
     file: GainsFile,
     *,
+    weighed: Payload | None,
     filters: Sequence[str],
     model: Sequence[str],
     policy: Policy,
-) -> tuple[FoundPayload, Diagnosed, Prepared]:
-    """Estimate an unknown payload with the gains of a file and the options that they were identified with.
+) -> Weighing:
+    """Estimate a payload with the gains of a file and the options that they were identified with.
 
-    `unloaded` are bare motions, `loaded` those of one mounting; words `KEY=VALUE` of `filters` and `model` replace
-    options of the file.
-
-    Returns:
-        The payload, the diagnoses, and the recordings as used.
+    `unloaded` are bare motions, `loaded` those of one mounting, `weighed` is None if its mass is not known; words
+    `KEY=VALUE` of `filters` and `model` replace options of the file. Recordings are diagnosed with the gains that they
+    give, not with those of the file.
 
     Raises:
         IdentificationError: If recordings are not of this arm or have a fault; if the payload is not identifiable.
@@ -80,10 +87,28 @@ def estimated_payload(
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)
     observing = options_of(ObserveOptions, file.options.observe, filters)
-    limits = options_of(GainOptions, file.options.gains)
-    motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
-    prepared, diagnosed = _prepared(motions, structure, observing, limits, policy)
-    return payload_of(prepared.problem, known, model_options(file, model)), diagnosed, prepared
+    limits, options = options_of(GainOptions, file.options.gains), model_options(file, model)
+    motions = [Motion(each) for each in unloaded] + [Motion(each, weighed or UNKNOWN) for each in loaded]
+    prepared = prepare(motions, structure, observing=observing, gains=limits, policy=policy)
+    raise_for(prepared.diagnoses)
+    try:
+        found = payload_of(prepared.carrying(UNKNOWN).problem, known, options)
+        found.body.check_mass()
+    except IdentificationError:  # a fault of the recordings is reported as the cause
+        raise_for(doubts(prepared).found.diagnoses)
+        raise
+    payload = weighed or as_stated(found.body)
+    if payload is not None:
+        prepared = prepared.carrying(payload)
+    doubted = doubts(prepared, None if payload is None else estimate_by(nls.NAME, options), loads=False)
+    raise_for(doubted.found.diagnoses)
+    shown = doubted.estimate or str(doubted.failed)
+    return Weighing(
+        payload=found,
+        verified=None if payload is None else verified(found, payload, known, shown),
+        found=doubted.found,
+        prepared=prepared,
+    )
 
 
 def bare_result(
@@ -103,7 +128,9 @@ def bare_result(
     Raises `IdentificationError` if the recordings are not of this arm, differ in the scale of currents, or
     determine no ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
-    prepared, diagnosed = _prepared(motions, robot.structure, observing, gains, policy)
+    prepared = prepare(motions, robot.structure, observing=observing, gains=gains, policy=policy)
+    diagnosed = doubts(prepared).found
+    raise_for(diagnosed.diagnoses)
     found = gain_ratios(prepared.problem, options, known)
     ratios, arm, expected = found.ratios, robot.structure.arm, None
     assert ratios is not None, "ratios were asked for"

@@ -133,7 +133,7 @@ def identify(
     return Identification(kept, kept.remarks + prepared.notes, doubted.found, prepared.observing, prepared)
 
 
-def estimate_by(method: str = DEFAULT, options: object | None = None) -> Estimate:
+def estimate_by(method: str, options: object | None = None) -> Estimate:
     """Return the gains of a problem by a method, as a function."""
     chosen = estimator(method)
     wanted = chosen.options() if options is None else options
@@ -247,7 +247,7 @@ def check(
         predicted = predicted_rel_std(problem.motions[0].observation, payload, about, gains)
         found.append(excitation(prepared.motions[0].recording.name, predicted, gains))
     weighed = any(mounted) and not all(mounted)
-    doubted = doubts(prepared, estimate_by() if weighed else None, before=found, links=links)
+    doubted = doubts(prepared, estimate_by(DEFAULT) if weighed else None, before=found, links=links)
     diagnosed = doubted.found
     if doubted.failed is not None and diagnosed.severity is not Severity.WRONG:
         sentence = str(cause_of(doubted.failed, problem))

@@ -24,6 +24,7 @@ from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Sever
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
+from ident.estimation.estimators import DEFAULT
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import GainOptions, ObservedMotion
 from ident.estimation.rows import Columns
@@ -227,7 +228,7 @@ def unseen_motion(
     try:
         own = door([log])
         weighed = bare and log.payload is not None
-        compared = doubts(door([*bare, log]), estimate_by() if weighed else None, before=(), loads=False).found
+        compared = doubts(door([*bare, log]), estimate_by(DEFAULT) if weighed else None, before=(), loads=False).found
     except IdentificationError as error:
         if name in str(error):
             raise

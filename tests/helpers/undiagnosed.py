@@ -7,11 +7,9 @@ import pytest
 
 import ident.identification
 import ident.preparation
-import ident.unseen
-import scenarios.gains_in_use.known_gains
 from ident.diagnosis.diagnosis import Diagnosed
 
-MODULES = (ident.identification, ident.preparation, ident.unseen, scenarios.gains_in_use.known_gains)
+MODULES = (ident.identification, ident.preparation)
 
 
 @contextmanager

@@ -104,13 +104,13 @@ def test_gains_of_one_pair_weigh_the_payload_of_the_other(real: Path, ur10e, fou
     bare, heavy = (observe(each.recording, ur10e, ObserveOptions()) for each in motions)
     carried = ObservedMotion(heavy, replace(payload, known="none"))
     problem = Problem(ur10e, (ObservedMotion(bare, None), carried), GainOptions())
-    verification = verified(payload_of(problem, known, AllJointsOptions()), payload, known)
+    shown = identify(ur10e, motions).estimate
+    verification = verified(payload_of(problem, known, AllJointsOptions()), payload, known, shown)
     assert verification.passed
     # Off by 0.1 and 0.6 %, where the stated deviations are 2.4 %, half of them by laws of the gains.
     assert abs(verification.together.rel_error) < 2.0 * verification.together.rel_std < 0.06
     wrong = replace(known, value=known.value * np.where(np.arange(len(known.value)) == 1, 1.15, 1.0))
-    told = verified(payload_of(problem, wrong, AllJointsOptions(friction="load-motor")), payload, wrong)
-    # Torques of a fit with a gain that is 15 % off bend the columns of the other joints' friction with load a little.
+    told = verified(payload_of(problem, wrong, AllJointsOptions(friction="load-motor")), payload, wrong, shown)
     assert max(told.joints, key=lambda each: abs(each.rel_error or 0.0) / (each.rel_std or 1.0)).joint == 1
     assert told.joints[1].verdict == DIFFERS
 

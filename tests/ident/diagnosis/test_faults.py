@@ -119,7 +119,7 @@ def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes, monke
 
     monkeypatch.setattr("ident.identification.DEFAULT", "ls-2011")  # quick
     if not converges:
-        monkeypatch.setattr("ident.identification._estimator", lambda *_: lost)
+        monkeypatch.setattr("ident.identification.estimate_by", lambda *_: lost)
     logs = logs_of(Truth())
     of_load = [each.sentence for each in check(logs, axes, **ASKED).found.diagnoses if each.name == "load"]
     assert of_load == [] if converges else ["the gains do not converge"]

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
-from weighings import NAMES, PLAIN, known, weighed
+from weighings import NAMES, PLAIN, estimated, known, weighed
 
+from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.known_gains import stated_gains
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns
@@ -34,7 +35,8 @@ def two_weights(structure, heavy) -> tuple[Problem, np.ndarray]:
 
 def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
     problem = weighed(structure, heavy, rng, noise=0.0)
-    right, off = (gains_outcome(problem, heavy, known(value), PLAIN) for value in (GAIN, K * GAIN))
+    shown = estimated(problem, heavy)
+    right, off = (gains_outcome(problem, heavy, known(value), PLAIN, shown) for value in (GAIN, K * GAIN))
     for factor, outcome in ((1.0, right), (K, off)):
         np.testing.assert_allclose(outcome.weighed.together.mass, factor * heavy.mass, rtol=CLOSE)
         for each in outcome.weighed.joints:
@@ -75,7 +77,7 @@ def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, struc
 
 def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weights, heavy):
     problem, expected = two_weights
-    outcome = outcome_of_other_gains(problem, known(K * GAIN), PLAIN)
+    outcome = outcome_of_other_gains(problem, known(K * GAIN), PLAIN, all_joints_gains(problem, PLAIN))
     assert outcome.weighed.payload == heavy
     np.testing.assert_allclose(outcome.weighed.together.mass, K * heavy.mass, rtol=CLOSE)
     base = outcome.arm.in_si()[0]  # friction included
@@ -89,13 +91,13 @@ def test_motions_that_weigh_nothing_are_refused(two_weights, structure):
     problem, _ = two_weights
     for motions, said in ((problem.motions[:1], "no motion carries a payload"), (problem.motions[1:], "no motion is")):
         with pytest.raises(NotIdentifiable, match=said):
-            outcome_of_other_gains(replace(problem, motions=motions), known(), PLAIN)
+            outcome_of_other_gains(replace(problem, motions=motions), known(), PLAIN, "")
     nothing = tuple(
         motion if motion.payload is None else replace(motion, payload=Payload(mass=2.0, known="none"))
         for motion in problem.motions[:2]
     )
     with pytest.raises(PayloadError, match="a verification needs its mass"):
-        outcome_of_other_gains(replace(problem, motions=nothing), known(), PLAIN)
+        outcome_of_other_gains(replace(problem, motions=nothing), known(), PLAIN, "")
 
 
 def test_stated_gains_are_exact_and_one_a_joint(structure):

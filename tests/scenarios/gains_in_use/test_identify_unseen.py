@@ -92,7 +92,9 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(
     ):
         assert message in refused(capsys, given)
     wrong = partial(Diagnosis, name="current scale", severity=Severity.WRONG, sentence="v is scaled")
-    monkeypatch.setattr("ident.unseen.diagnose", lambda logs: Diagnosed(diagnoses=(wrong(logs=tuple(logs.names)),)))
+    monkeypatch.setattr(
+        "ident.identification.diagnose", lambda logs, *_: Diagnosed(diagnoses=(wrong(logs=tuple(logs.names)),))
+    )
     line = refused(capsys, [*words, "--unseen", str(run / "light.parquet")])
     assert "light.parquet, the motion to predict: " in line
     assert "v is scaled; if it carries a payload, state it" in line

@@ -5,12 +5,7 @@ the same gains, or read from a model file. Predictions with other gains are comp
 of its time blocks. The limit of the prediction error follows from the fit.
 
 A factor common to all gains cancels in predictions of a bare motion, where the identified arm scales with the gains,
-but not with a weighed payload. Parameters of an arm that was identified with a gain scale with this gain, those of the
-payload do not. Hence b of
-
-    g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
-
-is the ratio of the gain to the correct one, with any viscous and Coulomb friction.
+but not with a weighed payload: with the bare motions it also gives gains, of which those in question must not differ.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,16 +19,16 @@ from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Sever
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
+from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import DEFAULT
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import GainOptions, ObservedMotion
 from ident.estimation.rows import Columns
 from ident.identification import Identification, doubts, estimate_by
-from ident.model.parameters import INERTIAL
-from ident.model.structure import Structure, independent_columns
+from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.parameters.arm import BareArm, arm_in_use, predicted_torque, rel_errors
-from ident.parameters.weighing import LEVEL, UNKNOWN
+from ident.parameters.arm import BareArm, Quantity, arm_in_use, predicted_torque, rel_errors
+from ident.parameters.weighing import LEVEL, UNKNOWN, masses_of_joints
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
@@ -43,8 +38,6 @@ Verdict = Literal["better", "worse", "no different"]
 BETTER: Final = "better"
 WORSE: Final = "worse"
 NO_DIFFERENT: Final = "no different"
-ROTOR = ("Ia", "Iam")
-"""Inertia that an arm has beside its links."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +54,7 @@ class UnseenJoint:
         largest_rel_error: Largest `rel_error` of a predicted motion: three times the cross-validation error of the fit
             with the standard deviations of arm, gain and payload, at most 15 %; relative.
         gain_rel_error: Relative error of the gain according to the payload on this motion, positive if it is too large;
-            None for a bare motion and for the arm of a model file.
+            None for a bare motion, for the arm of a model file, and if the motion gives no gain.
         gain_rel_std: Standard deviation of `gain_rel_error`, relative.
         unstated_rel: Norm of the currents of offset and missing rotor inertia, which the model file does not state,
             relative to that of the currents; the prediction includes them, as --arm has them; None for an identified
@@ -89,14 +82,6 @@ class UnseenJoint:
         """Whether the payload significantly contradicts the gain: the interval of its error does not contain zero."""
         error, std = self.gain_rel_error, self.gain_rel_std
         return error is not None and std is not None and abs(error) > SPOILS * std
-
-    @property
-    def misjudged(self) -> bool:
-        """Whether it does so by more than load-dependent friction and elastic joints can explain.
-
-        With correct gains, simulated robots of scenario `field-two-weights` reached 11 %.
-        """
-        return self.doubted and abs(self.gain_rel_error or 0.0) > LARGE_RESIDUAL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +115,7 @@ class Unseen:
     @property
     def not_worse(self) -> bool:
         """Whether currents are predicted, not worse than by the others if any, and no payload contradicts a gain."""
-        return self.verdict != WORSE and not any(each.exceeds or each.misjudged for each in self.joints)
+        return self.verdict != WORSE and not any(each.exceeds or each.doubted for each in self.joints)
 
     @property
     def fitted(self) -> bool:
@@ -140,11 +125,12 @@ class Unseen:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnseenMotion:
-    """A motion that was not used in any fit, with its linear systems, in sequence, and its diagnoses."""
+    """A motion that was not used in any fit, its linear systems, in sequence, its diagnoses, and the gains it gives."""
 
     log: Motion
     parts: tuple[ObservedMotion, ...]
     diagnoses: tuple[Diagnosis, ...] = ()
+    estimate: GainEstimate | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -228,18 +214,18 @@ def unseen_motion(
     try:
         own = door([log])
         weighed = bare and log.payload is not None
-        compared = doubts(door([*bare, log]), estimate_by(DEFAULT) if weighed else None, before=(), loads=False).found
+        compared = doubts(door([*bare, log]), estimate_by(DEFAULT) if weighed else None, before=(), loads=False)
     except IdentificationError as error:
         if name in str(error):
             raise
         raise type(error)(f"{name}, the motion to predict: {error}") from error
-    of_it = [each for each in compared.diagnoses if not bare or name in each.logs]
+    of_it = [each for each in compared.found.diagnoses if not bare or name in each.logs]
     found = joined(Diagnosed(diagnoses=own.diagnoses), more=of_it).diagnoses
     wrong = [each for each in found if each.severity is Severity.WRONG]
     if wrong:
         mounted = "; if it carries a payload, state it" if log.payload is None else ""
         raise Contradiction(f"{name}, the motion to predict: {refusal_of(wrong)}{mounted}")
-    return UnseenMotion(log=log, parts=own.problem.motions, diagnoses=found)
+    return UnseenMotion(log=log, parts=own.problem.motions, diagnoses=found, estimate=compared.estimate)
 
 
 def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = None) -> Unseen:
@@ -267,12 +253,14 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     unstated = dict[int, float]()
     if found.unstated is not None:
         unstated = rel_errors(currents(system.W @ found.unstated, found.gains), system.V, system.joint)
-    joints = list[UnseenJoint]()
+    joints, masses = list[UnseenJoint](), tuple[Quantity | str, ...]()
+    if payload is not None and unseen.estimate is not None:
+        masses = masses_of_joints(payload, found.gains, unseen.estimate)
     gain_of = dict(zip(found.gains.joints.tolist(), zip(found.gains.value, found.gains.std, strict=True), strict=True))
     for j in range(unseen.parts[0].observation.structure.arm.n):
         rel_error, fit = shares[0].get(j), fits.get(j)
-        limits = (None, None, None) if j not in gain_of else _joint_limits(system, unseen, found, j, *gain_of[j])
-        largest, gain_rel_error, gain_rel_std = limits
+        mass = masses[j] if masses else None
+        weighed = isinstance(mass, Quantity) and payload is not None
         joints.append(
             UnseenJoint(
                 joint=j,
@@ -280,9 +268,9 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
                 explained=None if rel_error is None else 1.0 - rel_error**2,
                 other_rel_error=None if other is None else shares[1].get(j),
                 fitted_rel_error=None if rel_error is None or fit is None else fit.fitted,
-                largest_rel_error=largest,
-                gain_rel_error=gain_rel_error,
-                gain_rel_std=gain_rel_std,
+                largest_rel_error=_largest(system, unseen, found, j, *gain_of[j]) if j in gain_of else None,
+                gain_rel_error=mass.value / payload.mass - 1.0 if weighed else None,
+                gain_rel_std=float(np.hypot(mass.std, payload.mass_std)) / payload.mass if weighed else None,
                 unstated_rel=None if rel_error is None else unstated.get(j),
             )
         )
@@ -312,17 +300,12 @@ def _verdict(system: Columns, found: Array, other: Array, joints: Sequence[int])
     return BETTER if more.mean() > 0.0 else WORSE
 
 
-def _joint_limits(
-    system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float
-) -> tuple[float, float | None, float | None]:
-    """Return the limit of a joint's relative prediction error, the relative error of its gain g, and its deviation.
+def _largest(system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
+    """Return the limit of a joint's relative prediction error.
 
-    The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
-    standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
-    at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
-
-    The error of the gain, according to the payload, is that of a gain with which the arm was identified. Its standard
-    deviation combines a jackknife over time blocks with those of arm, payload and gain.
+    It is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the standard
+    deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is at most
+    `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
     """
     known, at = (unseen.log.payload or UNKNOWN).known_part(), np.flatnonzero(system.joint == j)
     V, W, W_L = system.V[at], system.W[at], system.carried[at]
@@ -330,18 +313,6 @@ def _joint_limits(
     of_payload = np.sum((W_L @ np.column_stack((known.spread, known.chi * std / g))) ** 2)
     size = g**2 * np.sum(V**2)
     if j not in model.fits:
-        return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size))), None, None
+        return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size)))
     expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size))
-    largest = float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
-    names = unseen.parts[0].observation.structure.base.names
-    own = np.array([name.rstrip("0123456789") not in (*INERTIAL, *ROTOR) for name in names])
-    X = np.column_stack((W_L @ known.chi, W[:, own & W.any(axis=0)]))  # friction and offset are free here
-    if unseen.log.payload is None or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
-        return largest, None, None
-    torque = g * V * model.gains.relative(V, system.joint[at]) - W @ model.base
-    first = np.linalg.pinv(X)[0]
-    parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
-    without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
-    spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
-    moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
-    return largest, float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
+    return float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))

@@ -294,7 +294,7 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     what = fault.best.alternative
     return Diagnosis(
         name=what.family, severity=severity_of(effects),
-        sentence=f"{what.words}{consequence(effects, 'ratios of gains' if known is None else 'gains')}",
+        sentence=f"{what.words}{consequence(effects, *(['ratios of gains'] if known is None else []))}",
         cause=what.words, advice=what.advice, joints=what.joints,
         logs=tuple(logs.names[k] for k in what.logs) if len(what.logs) < len(logs.names) else (),
         value=what.value, std=fault.best.std, unit=what.unit, z=fault.best.z, effects=effects,

@@ -204,7 +204,7 @@ def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
             yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
 
 
-def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+def consequence(effects: Sequence[Effect], what: str = "gains from these logs") -> str:
     """Describe the errors of gains, their ratios or currents."""
     if not effects:
         return ""
@@ -212,7 +212,7 @@ def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
     if worst.deviations is None:
         return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0 * NO_RESULT:
-        return f"; the gain of joint {worst.joint + 1} is invalid"
+        return f"; the gain of joint {worst.joint + 1} from these logs is invalid"
     listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain changes noticeably"

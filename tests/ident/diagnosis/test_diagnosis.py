@@ -91,7 +91,7 @@ def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(axes, me
     now = estimate.joints
     found = named(diagnose(faulty, estimate, again).diagnoses, "delay")
     assert found.severity is Severity.WRONG
-    assert "; gains are off: joint 1 +" in found.sentence
+    assert "; gains from these logs are off: joint 1 +" in found.sentence
     moved = {each.joint: each for each in found.effects}[0]
     share = now[0].value / right[0].value - 1.0
     np.testing.assert_allclose(moved.percent, 100.0 * share, rtol=0.3)  # the delay found is not quite that put in
@@ -181,8 +181,11 @@ def test_the_consequence_is_told_of_the_gains_that_matter():
     assert consequence([]) == ""
     assert consequence([effect(0, 4.0, 0.3)]) == "; no gain changes noticeably"
     said = consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
-    assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
-    assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is invalid"
+    assert said == "; gains from these logs are off: joint 1 +4 %, joint 5 -11 %"
+    assert (
+        consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)])
+        == "; the gain of joint 3 from these logs is invalid"
+    )
     assert consequence([effect(2, -14.2, -9.0)], "ratios of gains") == "; ratios of gains are off: joint 3 -14 %"
     assert "7.3 % of joint 2's current" in consequence([effect(0, 4.0, None), effect(1, 7.31, None)])
 

@@ -13,7 +13,7 @@ from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
 from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
-from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
+from ident.diagnosis.plausibility import cause_of, check_any_gain, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator, gives_a_gain
 from ident.estimation.problem import GainOptions, Problem
@@ -125,8 +125,8 @@ def identify(
         check_payloads(prepared.motions)
         raise_for(doubted.found.diagnoses)
         cause = cause_of(doubted.failed, prepared.problem)
-        if prepared.diagnoses:
-            raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from doubted.failed
+        if doubted.found.findings:
+            raise type(cause)(f"{cause}; {doubted.found.findings[0].sentence}") from doubted.failed
         raise cause from doubted.failed
     assert doubted.estimate is not None, "it has not failed"
     kept = without_spoilt(doubted.estimate, doubted.found.diagnoses)
@@ -146,7 +146,7 @@ class Doubts:
 
     Attributes:
         found: Diagnoses of the logs, and of the estimate if there is one.
-        estimate: The gains, also those that a fault invalidates; None without an estimate.
+        estimate: The gains, also those that a fault invalidates; None without an estimate of a load.
         failed: Why the estimate failed, None if it did not.
     """
 
@@ -161,7 +161,7 @@ def doubts(
     *,
     before: Sequence[Diagnosis] | None = None,
     links: Array | None = None,
-    loads: bool = True,
+    needed: bool = True,
 ) -> Doubts:
     """Diagnose prepared logs: the same faults of the same logs, whatever the command, before gains are judged.
 
@@ -170,22 +170,23 @@ def doubts(
         estimate_of: Estimates the gains; None if no payload is known.
         before: Diagnoses of the samples; those that were made when the logs were prepared if None.
         links: Standard parameters of the model's links, shape (n, 10), for a test of the gains.
-        loads: Whether an estimate without a load, or without any gain, fails.
+        needed: Whether an estimate without any gain fails.
     """
-    estimate, failed, checked = None, None, prepared.policy.checked
+    estimate, failed, bare = None, None, any(motion.payload is None for motion in prepared.problem.motions)
     if estimate_of is not None:
         try:
-            estimate = estimate_of(prepared.problem)
-            if loads:
-                check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
+            check_load(found := estimate_of(prepared.problem), bare=bare)
+            estimate = found  # without any gain it shows why there is none
+            if needed:
+                check_any_gain(estimate, bare=bare)
         except IdentificationError as error:
-            estimate, failed = None, error
-    if checked:
+            failed = error
+    if prepared.policy.checked:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
         found = Diagnosed() if estimate is None else lacking(prepared.problem, estimate, prepared.logs())
     found = joined(Diagnosed(diagnoses=tuple(prepared.diagnoses if before is None else before)), found)
-    if estimate is not None:
+    if estimate is not None and failed is None:
         found = joined(found, symptoms(estimate, found))
         weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
         found = joined(found, more=() if weight is None else (weight,))

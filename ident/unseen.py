@@ -214,7 +214,7 @@ def unseen_motion(
     try:
         own = door([log])
         weighed = bare and log.payload is not None
-        compared = doubts(door([*bare, log]), estimate_by(DEFAULT) if weighed else None, before=(), loads=False)
+        compared = doubts(door([*bare, log]), estimate_by(DEFAULT) if weighed else None, before=(), needed=False)
     except IdentificationError as error:
         if name in str(error):
             raise

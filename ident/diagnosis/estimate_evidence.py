@@ -352,10 +352,11 @@ def _of_payload(
     if (
         first is not None and of_payload and not _leaves(_extended(first.model, first.best), free)
     ):  # its size is correct to first order
-        diagnosis = diagnosis_of(first, names)
+        diagnosis = diagnosis_of(first, names, reestimate)
     else:
         logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
         diagnosis = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
+    effects = effects or diagnosis.effects
     return replace(
         diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
     )

@@ -36,8 +36,8 @@ LEAST = 2
 """Least number of joints with a common error."""
 STDS = ("std", "residual_std", "gain_std", "model_std")
 AGREES, DIFFERS, SAYS_NOTHING = "agrees", "differs", "says nothing"
-UNKNOWN = Payload(mass=1.0, known="none")
-"""An unknown payload; its mass is not used."""
+UNKNOWN, ANY_MASS = (Payload(mass=1.0, known=known) for known in ("none", "mass"))
+"""An unknown payload, whose mass is not used, and one of which any mass gives the same ratios of gains."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,7 +22,7 @@ from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import PLAIN, BareArm, arm_in_SI, forecast_gains, gain_ratios
 from ident.parameters.links import nearest_links
 from ident.parameters.payload import FoundPayload, payload_of
-from ident.parameters.weighing import UNKNOWN, Verification, as_stated, verified
+from ident.parameters.weighing import ANY_MASS, UNKNOWN, Verification, as_stated, verified
 from ident.payload.payload import Payload
 from ident.preparation import Policy, Prepared, prepare, raise_for
 from ident.recordings.recording import Motion, Recording, has_marks
@@ -98,9 +98,8 @@ def weighing(
         raise_for(doubts(prepared).found.diagnoses)
         raise
     payload = weighed or as_stated(found.body)
-    if payload is not None:
-        prepared = prepared.carrying(payload)
-    doubted = doubts(prepared, None if payload is None else estimate_by(nls.NAME, options), loads=False)
+    prepared = prepared.carrying(payload or ANY_MASS)
+    doubted = doubts(prepared, estimate_by(nls.NAME, options), needed=False)
     raise_for(doubted.found.diagnoses)
     shown = doubted.estimate or str(doubted.failed)
     return Weighing(

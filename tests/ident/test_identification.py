@@ -91,7 +91,7 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
     found = identify(axes, mounted(bare, off, BRICK), gains=LOOSE)
     (said,) = [each for each in found.found.findings if each.name == "offset"]
     assert said.logs == ("loaded",)
-    assert said.sentence.startswith("the currents are offset from those of the first log in loaded alone; gains are")
+    assert said.sentence.startswith("the currents are offset from those of the first log in loaded alone; gains from")
     moved = 100.0 * (right.solution.inverse / found.estimate.solution.inverse - 1.0)
     of = {each.joint: each.percent for each in said.effects}
     np.testing.assert_allclose([of[j] for j in (1, 2)], moved[1:], rtol=0.15)  # the first order of some per cent

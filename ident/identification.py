@@ -13,7 +13,7 @@ from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
 from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
-from ident.diagnosis.plausibility import cause_of, check_any_gain, check_load, check_payloads
+from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator, gives_a_gain
 from ident.estimation.problem import GainOptions, Problem
@@ -146,7 +146,7 @@ class Doubts:
 
     Attributes:
         found: Diagnoses of the logs, and of the estimate if there is one.
-        estimate: The gains, also those that a fault invalidates; None without an estimate of a load.
+        estimate: The gains, also those that a fault invalidates; None without an estimate.
         failed: Why the estimate failed, None if it did not.
     """
 
@@ -170,16 +170,15 @@ def doubts(
         estimate_of: Estimates the gains; None if no payload is known.
         before: Diagnoses of the samples; those that were made when the logs were prepared if None.
         links: Standard parameters of the model's links, shape (n, 10), for a test of the gains.
-        needed: Whether an estimate without any gain fails.
+        needed: Whether an estimate without a load, or without any gain, fails.
     """
-    estimate, failed, bare = None, None, any(motion.payload is None for motion in prepared.problem.motions)
+    estimate, failed = None, None
     if estimate_of is not None:
         try:
-            check_load(found := estimate_of(prepared.problem), bare=bare)
-            estimate = found  # without any gain it shows why there is none
+            estimate = estimate_of(prepared.problem)
             if needed:
-                check_any_gain(estimate, bare=bare)
-        except IdentificationError as error:
+                check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
+        except IdentificationError as error:  # an estimate without any gain may still show why there is none
             failed = error
     if prepared.policy.checked:
         found = diagnose(prepared.logs(), estimate, estimate_of)

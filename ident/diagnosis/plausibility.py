@@ -73,7 +73,7 @@ def check_payloads(motions: Sequence[Motion]) -> None:
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse, by `NotIdentifiable`, an estimate without a load, or with a negative load (swapped files).
+    """Refuse, by `NotIdentifiable`, an estimate without a load, without gains, or with a negative load (swapped files).
 
     Args:
         estimate: The one that is reported: a load may be insignificant with another method.
@@ -84,17 +84,13 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
         if not bare:
             raise NotIdentifiable(f"without a bare motion the torque of the payload is not identifiable: {RECORD_BARE}")
         raise NotIdentifiable(f"{estimate.method} finds no torque of the payload on any joint; was it mounted?")
-    if swapped(estimate):
-        raise NotIdentifiable(SWAPPED)
-
-
-def check_any_gain(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse, by `NotIdentifiable`, an estimate without gains; arguments as for `check_load`."""
     if not estimate.identified:
         reason = f"joint 1: {estimate.reasons[0]}"
         if not bare:
             raise NotIdentifiable(f"no drive gain can be identified without a bare motion: {RECORD_BARE}; {reason}")
         raise NotIdentifiable(f"no drive gain can be identified; {reason}; was the payload mounted?")
+    if swapped(estimate):
+        raise NotIdentifiable(SWAPPED)
 
 
 def cause_of(error: IdentificationError, problem: Problem) -> IdentificationError:

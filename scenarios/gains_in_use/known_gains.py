@@ -1,7 +1,7 @@
 """Estimates with given gains: payloads, the arm from bare motions, torques; recordings that suit a file of gains."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -89,7 +89,11 @@ def weighing(
     observing = options_of(ObserveOptions, file.options.observe, filters)
     limits, options = options_of(GainOptions, file.options.gains), model_options(file, model)
     motions = [Motion(each) for each in unloaded] + [Motion(each, weighed or UNKNOWN) for each in loaded]
-    prepared = prepare(motions, structure, observing=observing, gains=limits, policy=policy)
+
+    def ready(motions: Sequence[Motion]) -> Prepared:
+        return prepare(motions, structure, observing=observing, gains=limits, policy=policy)
+
+    prepared = ready(motions)
     raise_for(prepared.diagnoses)
     try:
         found = payload_of(prepared.carrying(UNKNOWN).problem, known, options)
@@ -98,8 +102,8 @@ def weighing(
         raise_for(doubts(prepared).found.diagnoses)
         raise
     payload = weighed or as_stated(found.body)
-    prepared = prepared.carrying(payload or ANY_MASS)
-    doubted = doubts(prepared, estimate_by(nls.NAME, options), needed=False)
+    constant = prepared if not known.curves else ready([_of_constant_gains(each, known) for each in motions])
+    doubted = doubts(constant.carrying(payload or ANY_MASS), estimate_by(nls.NAME, options), needed=False)
     raise_for(doubted.found.diagnoses)
     shown = doubted.estimate or str(doubted.failed)
     return Weighing(
@@ -108,6 +112,13 @@ def weighing(
         found=doubted.found,
         prepared=prepared,
     )
+
+
+def _of_constant_gains(motion: Motion, gains: KnownGains) -> Motion:
+    """Return a motion with the currents that have the same torques with the constant part of gains."""
+    v = motion.recording.v
+    v = v * gains.relative(v, np.broadcast_to(np.arange(v.shape[1]), v.shape))
+    return replace(motion, recording=replace(motion.recording, v=v))
 
 
 def bare_result(

@@ -259,8 +259,9 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     gain_of = dict(zip(found.gains.joints.tolist(), zip(found.gains.value, found.gains.std, strict=True), strict=True))
     for j in range(unseen.parts[0].observation.structure.arm.n):
         rel_error, fit = shares[0].get(j), fits.get(j)
-        mass = masses[j] if masses else None
-        weighed = isinstance(mass, Quantity) and payload is not None
+        mass, off, unsure = masses[j] if masses else None, None, None
+        if isinstance(mass, Quantity) and payload is not None:
+            off, unsure = mass.value / payload.mass - 1.0, float(np.hypot(mass.std, payload.mass_std)) / payload.mass
         joints.append(
             UnseenJoint(
                 joint=j,
@@ -269,8 +270,8 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
                 other_rel_error=None if other is None else shares[1].get(j),
                 fitted_rel_error=None if rel_error is None or fit is None else fit.fitted,
                 largest_rel_error=_largest(system, unseen, found, j, *gain_of[j]) if j in gain_of else None,
-                gain_rel_error=mass.value / payload.mass - 1.0 if weighed else None,
-                gain_rel_std=float(np.hypot(mass.std, payload.mass_std)) / payload.mass if weighed else None,
+                gain_rel_error=off,
+                gain_rel_std=unsure,
                 unstated_rel=None if rel_error is None else unstated.get(j),
             )
         )

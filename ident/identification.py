@@ -130,7 +130,10 @@ def identify(
         raise cause from doubted.failed
     assert doubted.estimate is not None, "it has not failed"
     kept = without_spoilt(doubted.estimate, doubted.found.diagnoses)
-    return Identification(kept, kept.remarks + prepared.notes, doubted.found, prepared.observing, prepared)
+    notes, undetected = kept.remarks + prepared.notes, doubted.found.largest_undetected
+    if undetected is not None:
+        notes += (f"the largest fault that these logs do not exclude: {undetected}; rx90 check lists all",)
+    return Identification(kept, notes, doubted.found, prepared.observing, prepared)
 
 
 def estimate_by(method: str, options: object | None = None) -> Estimate:

@@ -275,4 +275,5 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
         excluded=tuple(each for part in parts for each in part.excluded),
         undetectable=tuple(each for part in parts for each in part.undetectable),
         undetectable_together=tuple(each for part in parts for each in part.undetectable_together),
+        largest_undetected=next((each.largest_undetected for each in parts if each.largest_undetected), None),
     )

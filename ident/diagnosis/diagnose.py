@@ -28,6 +28,7 @@ from ident.diagnosis.limits import (
     bounds,
     centres_excluded,
     exclusions,
+    largest_undetected,
     undetectable,
     undetectable_together,
     undetected_sizes,
@@ -128,6 +129,7 @@ def _horizon(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
         excluded=(*exclusions(seen, sizes, base), *(() if base is None else centres_excluded(base))),
         undetectable=tuple(undetectable(seen, sizes, base)),
         undetectable_together=tuple(undetectable_together(seen, sizes)),
+        largest_undetected=None if base is None else largest_undetected(seen, sizes, base),
     )
 
 

@@ -144,12 +144,14 @@ class Diagnosed:
         excluded: Faults that these logs exclude.
         undetectable: Faults of single joints and of scales that these logs cannot reveal, one phrase each.
         undetectable_together: Faults of all joints together that they cannot reveal, one phrase each.
+        largest_undetected: The fault that they do not exclude with the largest effect on a gain, None without one.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     undetectable: tuple[str, ...] = ()
     undetectable_together: tuple[str, ...] = ()
+    largest_undetected: str | None = None
 
     @property
     def severity(self) -> Severity:

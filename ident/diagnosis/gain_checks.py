@@ -110,11 +110,14 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     ratio = np.sqrt(np.divide(np.diag(aware), plain, out=np.ones(len(plain)), where=plain > 0.0))
     worst = max(estimate.identified, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])
+    advice = "the interval already accounts for it; a longer motion narrows it"
+    if unaware:
+        advice = "the interval does not account for it; omit --uncertainty"
     return finding(
         None, "autocorrelation",
         f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag_one(solution.rows, worst):z.2f}); the standard "
         f"deviation that accounts for it {'would be' if unaware else 'is'} {size:.2g} times that of white residuals",
-        "refine the model" if size > MUCH else None, joints=(worst,), value=size, unit="times",
+        advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 
 

@@ -141,6 +141,27 @@ def centres_excluded(base: HeldOutEstimate) -> Iterator[Exclusion]:
                 yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
 
 
+def largest_undetected(seen: Survey, sizes: Sizes, base: HeldOutEstimate) -> str | None:
+    """Return the fault within the limits with the largest effect on a gain in its standard deviations.
+
+    A fault without a limit counts with 1 %. None if no fault changes a gain.
+    """
+    found = list[tuple[float, str]]()
+    for name, limit in LIMITS:
+        for each in _of_limit(seen, name, limit):
+            unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)
+            size = sizes[limit].get((each.joints, unit))
+            if size is None and not limit.undetectable:
+                continue
+            effects = base.effects(base.stacked(each.columns)[:, 0] * ((1.0 if size is None else size) / scale))
+            at = "".join(f" ({limit.column}{j + 1})" for j in each.joints)
+            words = f"{limit.words} of any size{at}" if size is None else f"{limit.words} up to {size:.2g} {unit}{at}"
+            most = max((abs(effect.deviations or 0.0) for effect in effects), default=0.0)
+            found.append((most, f"{words}{_matters(base, [each], unit)}"))
+    most, words = max(found, default=(0.0, ""))
+    return words if most else None
+
+
 def undetectable(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) -> Iterator[str]:
     """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
 

@@ -8,6 +8,7 @@ from scenarios.command_line.process import Status, complain
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from scenarios.rendering.content import Paragraph
     from scenarios.results.gains_file import GainsFile
 
 TEXT = "paper.md"
@@ -26,6 +27,12 @@ def _write_gains(file: "GainsFile", claim: output.Claim) -> None:
     path = claim.folder / claim.names[0]
     with claim.writing():
         path.write_text(gains_text(file, path.suffix), encoding="utf-8")
+
+
+def _written(claim: output.Claim | None) -> "tuple[Paragraph, ...]":
+    from scenarios.rendering.content import Paragraph
+
+    return () if claim is None else (Paragraph(f"Gains written to {claim.place}."),)
 
 
 def run_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +68,7 @@ def run_command(options: argparse.Namespace) -> Status:
             save_run(result, saving.folder, command=options.command_line, named=options.scenario)
         saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
         more = (saved, Line(identify_command(result.setup, saving.folder)))
+    more += _written(gains)
     title = f"Scenario {setup.scenario.name}, seed {options.seed}: {setup.scenario.table.description}"
     return output.show(Result.of_run(result).report(title, *more), options, passed=result.passed)
 
@@ -136,6 +144,7 @@ def identify_command(options: argparse.Namespace) -> Status:
     from ident.unseen import predict_unseen
     from scenarios.experiments.robots import model_links
     from scenarios.gains_in_use.known_gains import bare_result
+    from scenarios.rendering.content import Paragraph
     from scenarios.results.fit import fit_of
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file
@@ -223,7 +232,8 @@ def identify_command(options: argparse.Namespace) -> Status:
                 believed=options.gains,
                 fit=fit,
             )
-    return output.show(result.report(title), options, passed=passed)
+    more = [] if saving is None else [Paragraph(f"Saved in {saving.place}; as a page: rx90 report {saving.place}")]
+    return output.show(result.report(title, *more, *_written(claim)), options, passed=passed)
 
 
 def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:

@@ -258,7 +258,7 @@ def instructions(
             "Positions and currents from one clock, unfiltered if possible. State the kind of current: measured or "
             "commanded, in A, or a torque with its constant."
         ),
-        *horizon_paragraphs(expected, every=True, expected=True),
+        *horizon_paragraphs(expected, expected=True),
         Heading("Check before"),
         *map(Paragraph, BEFORE),
         Heading("Safety"),

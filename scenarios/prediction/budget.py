@@ -238,7 +238,7 @@ class PredictedBudget(ResultModel):
         for each in self.unpredicted:
             yield Paragraph(f"Not predicted: {each['source']}: {each['reason']}.", Mood.DOUBTFUL)
         found = Diagnosed(diagnoses=(), excluded=tuple(self.excluded), undetectable=tuple(self.untold))
-        yield from horizon_paragraphs(found, every=True, expected=True)
+        yield from horizon_paragraphs(found, expected=True)
 
 
 def _within(share: float) -> Cell:

@@ -31,7 +31,7 @@ from scenarios.rendering.content import (
     two_sigma,
 )
 from scenarios.rendering.result import NAME, VALUE, ResultModel
-from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_paragraphs
+from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_fold
 from sim.tables import InertiaTable
 
 Vector = tuple[float, float, float]
@@ -263,7 +263,7 @@ class BareResult(DiagnosedResult):
                 )
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes if note not in warnings)
-        yield from horizon_paragraphs(self.found)
+        yield from horizon_fold(self.found)
         if self.if_loaded is not None:
             names = [each.name for each in self.joints]
             yield table(

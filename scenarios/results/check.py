@@ -157,7 +157,7 @@ class Check(DiagnosedResult):
         yield from doubt_paragraphs(found, strong=False)
         good = len(found.diagnoses) - len(found.findings)
         yield Paragraph(f"{many(good, 'check')} without a finding.")
-        yield from horizon_paragraphs(found, every=True)
+        yield from horizon_paragraphs(found)
         yield from every_check("All checks", found)
         yield from motion_parts(self.logs)
 

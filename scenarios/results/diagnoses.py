@@ -1,6 +1,7 @@
 """Diagnoses of logs and of an estimate, and the prediction of an unseen motion, in results: their texts and tables."""
 
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import PurePath
 from typing import Any
 
@@ -92,17 +93,25 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
     return parts
 
 
-def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:
+def horizon_paragraphs(found: Diagnosed, *, expected: bool = False) -> list[Paragraph]:
     """Return one line of excluded faults and one of faults that cannot be checked, if there are any.
 
-    With `every`, include faults of which only some cases are excluded, and those of all joints; `expected` for logs
-    that are not recorded yet.
+    `expected` is for logs that are not recorded yet.
     """
     exclude = "Logs of these motions will exclude" if expected else "Excluded"
     tell = "They will not determine" if expected else "Cannot be checked with these logs"
-    excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    hidden = (*found.undetectable, *(found.undetectable_together if every else ()))
+    excluded = [each.sentence for each in found.excluded]
+    hidden = (*found.undetectable, *found.undetectable_together)
     return [Paragraph(f"{said}: {'; '.join(of)}.") for said, of in ((exclude, excluded), (tell, hidden)) if of]
+
+
+def horizon_fold(found: Diagnosed, *, file_only: bool = False) -> list[Part]:
+    """Return a folded table of excluded faults and of those that cannot be checked; nothing without any."""
+    hidden = (*found.undetectable, *found.undetectable_together)
+    rows = [(each.sentence, "excluded") for each in found.excluded] + [(each, "cannot be checked") for each in hidden]
+    fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", "With these logs")))
+    rest = f"{many(len(rows), 'kind')} of faults that these logs exclude or cannot reveal"
+    return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []
 
 
 def counted(found: Diagnosed) -> str:

@@ -46,7 +46,7 @@ from scenarios.results.diagnoses import (
     diagnosed_values,
     doubt_paragraphs,
     every_check,
-    horizon_paragraphs,
+    horizon_fold,
     unseen_parts,
     unseen_verdict,
 )
@@ -229,7 +229,7 @@ class Result(DiagnosedResult):
             yield self._interval_plot()
             yield self._share_plot()
         yield from every_check("Diagnoses", found)
-        yield from horizon_paragraphs(found)
+        yield from horizon_fold(found, file_only=True)
         refused = [gain for gain in gains if gain.reason is not None]
         yield from [Heading("Refused or failed joints", file_only=True)] if refused else ()
         yield from (Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}")) for gain in refused)
@@ -263,8 +263,11 @@ class Result(DiagnosedResult):
     def _summary(self) -> Paragraph:
         """Return a sentence on the number of gains, the quality of the fit, gains refused for a fault, and findings."""
         found, count = self.found, sum(gain.identifiable for gain in self.gains)
-        said = f"{count} of {len(self.gains)} gains identified from {self.fit.rows} rows"
-        said += f", relative residual {100.0 * self.fit.rel_error_norm:.2f} %"
+        said = f"{count} of {len(self.gains)} gains identified"
+        if intervals := {gain.joint: 200.0 * (gain.rel("std") or 0.0) for gain in self.gains if gain.identifiable}:
+            worst = max(intervals, key=intervals.__getitem__)
+            sizes = " to ".join(dict.fromkeys(map(two_digits, (min(intervals.values()), intervals[worst]))))
+            said += f", ±{sizes} %" + (f" (worst: joint {worst})" if intervals.keys() - {worst} else "")
         said += f"; {joints_named(self._in_doubt)} in doubt" if self._in_doubt and not self.judged else ""
         lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
         said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."

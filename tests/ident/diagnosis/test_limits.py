@@ -13,10 +13,12 @@ from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.limits import (
+    LIMITS,
     SIZES,
     bounds,
     centres_excluded,
     exclusions,
+    largest_undetected,
     undetectable,
     undetectable_together,
     undetected_sizes,
@@ -216,3 +218,18 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
     assert z(sound) < SHOWN < min(z(moved_by(2e-3 * excluded.limit * axis)) for axis in np.eye(3))
     known = replace(BRICK, com_std=(0.01, 0.01, 0.01))
     assert list(centres_excluded(base(known))) == []
+
+
+def test_the_largest_undetected_fault_has_the_largest_effect_in_deviations_at_its_limit(seen, six):
+    base = stated(six.problem, all_joints(six.problem))
+    zero = direction(seen, "zero", (2,))
+    one = replace(seen, directions=(zero,))
+    told = largest_undetected(one, undetected_sizes(one), base)
+    (size,) = bounds(six.model.fits, [zero])
+    assert told.startswith(f"zeros up to {np.rad2deg(size):.2g} degrees (q3) (1 degree changes a gain by ")
+    sizes, clock = undetected_sizes(seen), direction(seen, "clock", ())
+    (limit,) = (limit for name, limit in LIMITS if name == "clock")
+    huge = {**sizes, limit: {((), "%"): 1e6}}
+    assert largest_undetected(seen, huge, base).startswith("errors of the clock up to 1e+06 % (1 % changes a gain by ")
+    unlimited = replace(seen, directions=(clock,))
+    assert largest_undetected(unlimited, {**sizes, limit: {}}, base).startswith("errors of the clock of any size (1 % ")

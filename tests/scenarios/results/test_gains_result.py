@@ -74,8 +74,7 @@ def intervals_of(plot: Plot) -> list[dict[int, tuple[float, float, float]]]:
 
 def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes():
     said = texts(result_of(identified(0.8, 0.02), REFUSED, notes=("clock jitters",)))
-    assert said[0].startswith("1 of 2 gains identified from 6 rows, relative residual ")
-    assert said[0].endswith(" %. See 1 warning below.")
+    assert said[0] == "1 of 2 gains identified, ±5 %. See 1 warning below."  # 2 x 0.02 / 0.8
     assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
@@ -212,7 +211,7 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     assert kept.endswith("by less than 3 standard deviations: joint 2 by -0.62 %.")
     assert not any(text.startswith("Gains kept") for text in texts(result(FOUND)))
     said, *_ = told.parts()
-    assert re.match("2 of 3 gains .* residual 5.00 %; joint 1 refused because of a fault .*2 faults", said.text)
+    assert re.match("2 of 3 gains .*  % .worst: joint 2.; joint 1 refused because of a fault .*2 faults", said.text)
     assert said.mood is Mood.BAD
 
 

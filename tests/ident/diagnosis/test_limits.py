@@ -228,7 +228,7 @@ def test_the_largest_undetected_fault_has_the_largest_effect_in_deviations_at_it
     (size,) = bounds(six.model.fits, [zero])
     assert told.startswith(f"zeros up to {np.rad2deg(size):.2g} degrees (q3) (1 degree changes a gain by ")
     sizes, clock = undetected_sizes(seen), direction(seen, "clock", ())
-    (limit,) = (limit for name, limit in LIMITS if name == "clock")
+    (limit,) = (limit for _, limit in LIMITS if limit.words == "errors of the clock")
     huge = {**sizes, limit: {((), "%"): 1e6}}
     assert largest_undetected(seen, huge, base).startswith("errors of the clock up to 1e+06 % (1 % changes a gain by ")
     unlimited = replace(seen, directions=(clock,))

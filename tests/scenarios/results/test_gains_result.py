@@ -79,8 +79,8 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
     assert [each.text for each in horizon_paragraphs(FOUND)] == [
-        "Excluded: delays beyond 5 ms.",
-        "Cannot be checked with these logs: zero of q1.",
+        "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
+        "Cannot be checked with these logs: zero of q1; whether q4 is negated.",
     ]
 
 
@@ -211,7 +211,7 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     assert kept.endswith("by less than 3 standard deviations: joint 2 by -0.62 %.")
     assert not any(text.startswith("Gains kept") for text in texts(result(FOUND)))
     said, *_ = told.parts()
-    assert re.match("2 of 3 gains .*  % .worst: joint 2.; joint 1 refused because of a fault .*2 faults", said.text)
+    assert re.match("2 of 3 gains .* % .worst: joint 2.; joint 1 refused because of a fault .*2 faults", said.text)
     assert said.mood is Mood.BAD
 
 

@@ -142,7 +142,7 @@ def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
     table = next(part for part in report.parts if isinstance(part, Table))
     for gain, row in zip(read_result(folder, Result).gains, table.rows, strict=True):
         assert row[7].text == f"{100 * gain.residual_share:.1f}"
-    assert report.parts[0].text.startswith("4 of 6 gains identified from ")
+    assert report.parts[0].text.startswith("4 of 6 gains identified, ±")
     assert report.parts[0].strong
     assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
 

@@ -113,3 +113,16 @@ def test_everything_that_scripts_take_from_the_packages_is_there():
     code = "import sim.record\nimport scenarios.nowhere\nfrom ident import payload, Cargo\nsim.record._gone = 1\n"
     gone = [("ident", "Cargo"), ("scenarios.nowhere", ""), ("sim.record", "_gone")]
     assert sorted(each for each in taken(code) if not there(*each)) == gone
+
+
+def test_the_real_weighing_of_the_readme_is_that_of_the_page_that_is_made_from_recordings():
+    (told,) = re.findall(
+        r"^\*\*On a real robot\.\*\*.*?\n\n", ROOT.joinpath("README.md").read_text("utf-8"), re.M | re.S
+    )
+    page = (DOCS / "real-robots.md").read_text("utf-8")
+    rows = {tuple(line.strip("| ").split(" | ")[:2]): line.strip("| ").split(" | ")[3:] for line in page.splitlines()}
+    weighed, found = rows["January", "nls"]
+    _, published = rows["January", "published"]
+    assert f"{weighed} kg on the\nscale, as {found} kg (2 sigma)" in told
+    mass = published.split(" ± ")[0]
+    assert f"weigh {mass} kg, {100.0 * (float(mass) / float(weighed) - 1.0):.1f} % too much" in told

@@ -232,7 +232,7 @@ class _Known:
         own = [each for each in small if each.alternative in seen.directions and each.alternative.at_fault]
         own = [each for each in own if not each.alternative.term and each.alternative.parameters == 1]
         unbounded = zip(own, bounds(seen.logs.model.fits, [each.alternative for each in own]), strict=True)
-        best_of = {each.alternative.family: each for each, size in unbounded if size is None}
+        best_of = {one.alternative.family: one for one, size in unbounded if size is None and one.z > SHOWN - 1.0}
         likely = sorted(best_of.values(), key=lambda each: -each.gain)[:LOOKED_AT]
         found = [exact for each in likely if (exact := self._far(seen.logs, each)) is not None]
         best = max(found, key=lambda each: each.gain, default=None)

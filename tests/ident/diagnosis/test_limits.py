@@ -9,7 +9,7 @@ from consistency_logs import all_joints, at, doubted, logs_of, problem_of
 from known_logs import BRICK
 from real_friction import Truth
 
-from ident.diagnosis.diagnosis import Exclusion
+from ident.diagnosis.diagnosis import Effect, Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.limits import (
@@ -233,3 +233,18 @@ def test_the_largest_undetected_fault_has_the_largest_effect_in_deviations_at_it
     assert largest_undetected(seen, huge, base).startswith("errors of the clock up to 1e+06 % (1 % changes a gain by ")
     unlimited = replace(seen, directions=(clock,))
     assert largest_undetected(unlimited, {**sizes, limit: {}}, base).startswith("errors of the clock of any size (1 % ")
+
+
+def test_a_large_error_of_an_uncertain_gain_is_less_than_a_small_one_of_a_certain_gain(seen):
+    few = {(j,): direction(seen, "zero", (j,)) for j in (1, 2)}
+
+    class Moved:
+        def stacked(self, columns):
+            self.effect = {id(few[1,].columns): (9.0, 2.0), id(few[2,].columns): (4.0, -7.0)}[id(columns)]
+            return np.ones((1, 1))
+
+        def effects(self, currents):
+            return (Effect(joint=0, percent=self.effect[0], deviations=self.effect[1]),)
+
+    some = replace(seen, directions=tuple(few.values()))
+    assert "(q3)" in largest_undetected(some, undetected_sizes(some), Moved())

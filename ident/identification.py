@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits, worst_first
@@ -39,7 +39,7 @@ from ident.support.errors import Contradiction, IdentificationError
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Identification:
     """Result of `identify`.
 
@@ -56,7 +56,16 @@ class Identification:
     notes: tuple[str, ...]
     found: Diagnosed
     observing: ObserveOptions = OBSERVE_DEFAULTS
-    prepared: Prepared | None = field(default=None, repr=False)
+    prepared: Prepared | None = None
+
+    def __repr__(self) -> str:
+        """Return a line on the number of gains, and one for each joint, with two standard deviations or the reason."""
+        found = self.estimate.identified
+        lines = [f"Identification by {self.estimate.method}: {len(found)} of {len(self.joints)} gains, +- 2 sigma"]
+        for j, reason in enumerate(self.reasons):
+            said = reason if j not in found else f"{found[j].value:.5g} +- {2.0 * found[j].std:.2g} N (m)/unit"
+            lines.append(f"  joint {j + 1}: {said}")
+        return "\n".join([*lines, *(f"  {each.severity.value}: {each.sentence}" for each in self.found.findings)])
 
     @property
     def joints(self) -> tuple[JointResult, ...]:

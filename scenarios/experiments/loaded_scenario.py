@@ -22,7 +22,7 @@ POWER = 0.95
 """Probability with which the stated pass rate is detected."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class LoadedScenario:
     """A scenario that is ready for simulation and identification; `setup` has all inputs for running it.
 
@@ -32,6 +32,11 @@ class LoadedScenario:
     """
 
     setup: Setup
+
+    def __repr__(self) -> str:
+        """Return its name, robot and motions."""
+        motions = ", ".join(f"{each.trajectory.duration:g} s" for each in self.setup.experiments)
+        return f"Scenario {self.setup.scenario.name} of {self.arm.name}: motions of {motions}"
 
     @property
     def arm(self) -> Arm:

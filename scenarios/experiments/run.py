@@ -125,7 +125,7 @@ class Simulated:
         return Failure(trial=self.trial, error=error, settings=self.settings, setup=self.setup)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Run(Simulated):
     """A trial that is identified and judged, in `identify_s` [s] of wall time.
 
@@ -136,6 +136,10 @@ class Run(Simulated):
     verdict: Verdict
     identify_s: float
     cost: CostVerdict | None = None
+
+    def __repr__(self) -> str:
+        """Return whether it passed, and the identification."""
+        return f"Run of {self.setup.scenario.name}, {'passed' if self.passed else 'FAILED'}\n{self.identification!r}"
 
     @property
     def estimate(self) -> GainEstimate:

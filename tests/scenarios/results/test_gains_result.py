@@ -328,3 +328,12 @@ def test_estimates_with_either_gains_keep_their_own_deviations():
     assert said.text.startswith("The payload of 5 kg: with the a-priori gains 5.600 kg (+12 %)")
     assert [cell.text for cell in weights.rows[0]] == ["payload: mass", "5.60", "0.24", "5.00", "kg"]
     assert len(alone.columns) == 6
+
+
+def test_an_identification_prints_its_gains_with_two_deviations_its_refusals_and_its_findings():
+    estimate = replace(gain_estimate(1.0, 1.0, std=0.1, reason=""), joints=(identified(0.8, 0.02), REFUSED))
+    first, one, two, last = repr(Identification(estimate, (), FOUND)).splitlines()
+    assert first == f"Identification by {estimate.method}: 1 of 2 gains, +- 2 sigma"
+    assert one == "  joint 1: 0.8 +- 0.04 N (m)/unit"
+    assert two == "  joint 2: too light"
+    assert last == "  weak: the zero of q3 is off by 2 degrees"

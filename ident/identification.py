@@ -46,7 +46,7 @@ class Identification:
     Attributes:
         estimate: A gain or a reason for each joint, with rows and residuals, and payload parameters that were also
             estimated.
-        notes: What the method selected, and changes of the recordings.
+        notes: What the method selected, changes of the recordings, and the largest fault that these do not exclude.
         found: Diagnoses of logs and estimate: faults, excluded faults, and faults that cannot be checked.
         observing: Filters and thresholds, with the corrected delay.
         prepared: The prepared logs; None if identified elsewhere.

@@ -19,10 +19,10 @@ from ident.diagnosis.estimate_evidence import (
     severity_of,
     stated,
 )
-from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
+from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
-from ident.diagnosis.hypothesis import Logs, scored_as
+from ident.diagnosis.hypothesis import Alternative, Logs, scored_as
 from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.limits import (
     bounds,
@@ -46,6 +46,7 @@ from ident.diagnosis.search import (
     Survey,
     added,
     compared,
+    direction_of,
     directions,
     faults,
     survey,
@@ -98,12 +99,12 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         assert isinstance(last, Exact), "a fault of the logs"
         corrected, problem = known.of(last), last.read.problem
         if corrected is not None and _linear(corrected):
-            after, own = survey(last.read), stated(problem, corrected)
+            fit, own = reference(problem), stated(problem, corrected)
+            after = Survey(last.read, fit, tuple(directions(fit, last.read)), (), ())
             further = [*_Known(corrected, own, known.reestimate).beyond_first_order(after)]
             diagnoses += [_of_fault(each, after, known) for each in further]
             if not further:
-                model = last.read.model
-                stiff = corrected.solution.stiff
+                stiff, model = corrected.solution.stiff, last.read.model
                 diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
     else:
         elastic = any(
@@ -186,23 +187,24 @@ class _Known:
         now: The estimate.
         base: The same, prepared for predictions, None if its rows have no influence.
         reestimate: Repeats the estimate with other logs.
+        others: Estimates under hypotheses so far, None for those that failed.
     """
 
     now: GainEstimate
     base: HeldOutEstimate | None
     reestimate: Estimate | None
-    others: dict[int, GainEstimate | None] = field(default_factory=dict[int, "GainEstimate | None"])
+    others: dict[Alternative, GainEstimate | None] = field(default_factory=dict[Alternative, "GainEstimate | None"])
 
     def of(self, found: Exact) -> GainEstimate | None:
         """Return the estimate under a hypothesis, computed once; None if it fails."""
         if self.reestimate is None:
             return None
-        if id(found) not in self.others:
+        if found.alternative not in self.others:
             try:
-                self.others[id(found)] = self.reestimate(found.read.problem)
+                self.others[found.alternative] = self.reestimate(found.read.problem)
             except IdentificationError:
-                self.others[id(found)] = None
-        return self.others[id(found)]
+                self.others[found.alternative] = None
+        return self.others[found.alternative]
 
     def confirms(self, found: Exact) -> bool:
         """Whether a fault improves the predictions of the estimate itself, or cannot be tested by it.
@@ -261,7 +263,8 @@ class _Known:
             beside = stated(found.read.problem, other)
             score = scored_as(beside.by_joint, now.hypothesis)
             found = replace(found, u=log_density_improvement(self.base.by_joint, score), score=score)
-            more = self._step(beside, found)
+            further = direction_of(found)
+            more = None if further is None else beside.each_added([further])[0]
             if more is None or (best is not None and found.gain <= best.gain):
                 break
             size += step
@@ -269,12 +272,6 @@ class _Known:
             if not (np.abs(step) > SETTLED * np.asarray(best.spread)).any():
                 break
         return best if (np.abs(size) > limit).any() else None
-
-    def _step(self, base: HeldOutEstimate, found: Exact) -> Evidence | None:
-        """The next change of a fault's parameters by first order; None if it is not determined."""
-        same = directions(reference(found.read.problem), found.read)
-        own = [each for each in same if each.key == found.alternative.key]
-        return base.each_added(own[:1])[0] if own else None
 
     def harmless(self, found: FirstOrder) -> bool:
         """Whether a fault changes no gain noticeably, to first order, so that it is left to what the estimate lacks."""

@@ -460,16 +460,11 @@ def diagnosis_of(lack: Lack, names: Sequence[str], reestimate: Estimate | None =
 def _without(problem: Problem, found: FirstOrder) -> Problem:
     """Return a problem without the currents of an effect."""
     ends = np.cumsum([[len(own.V) for own in each.observation.joints] for each in problem.motions], axis=0)
-    motions = [list(each.observation.joints) for each in problem.motions]
+    joints = [list(each.observation.joints) for each in problem.motions]
     for j, columns in enumerate(found.alternative.columns):
-        for own, part in zip(
-            motions, np.split(columns @ found.value, ends[:-1, j]) if columns is not None else (), strict=False
-        ):
-            own[j] = replace(own[j], V=own[j].V - part)
-    return replace(
-        problem,
-        motions=tuple(
-            replace(each, observation=replace(each.observation, joints=tuple(own)))
-            for each, own in zip(problem.motions, motions, strict=True)
-        ),
-    )
+        if columns is not None:
+            for of_motion, part in zip(joints, np.split(columns @ found.value, ends[:-1, j]), strict=True):
+                of_motion[j] = replace(of_motion[j], V=of_motion[j].V - part)
+    observed = (replace(each.observation, joints=tuple(own)) for each, own in zip(problem.motions, joints, strict=True))
+    motions = (replace(each, observation=own) for each, own in zip(problem.motions, observed, strict=True))
+    return replace(problem, motions=tuple(motions))

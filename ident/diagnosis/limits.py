@@ -82,10 +82,15 @@ def undetected_sizes(seen: Survey) -> Sizes:
         (limit, each) for family in FAMILIES for limit in family.limits for each in _of_limit(seen, family.name, limit)
     ]
     for (limit, each), size in zip(own, bounds(seen.logs.model.fits, [each for _, each in own]), strict=True):
-        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor
+        unit, scale = _unit(each)
         key, sizes = (each.joints, unit), found[limit]
         sizes[key] = max(sizes.get(key, 0.0), np.inf if size is None else scale * size)
     return {kind: {key: size for key, size in sizes.items() if np.isfinite(size)} for kind, sizes in found.items()}
+
+
+def _unit(small: Alternative) -> tuple[str, float]:
+    """Unit of a small fault, and its size in it per unit of the columns; per cent of a factor."""
+    return (small.unit, small.scale) if small.unit else ("%", 100.0)
 
 
 def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Alternative]:
@@ -105,7 +110,7 @@ def exclusions(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) 
         for unit in dict.fromkeys(unit for _, unit in sizes[limit]):
             same = {joints: _rounded(size) for (joints, at), size in sizes[limit].items() if at == unit}
             named = [f"{size:g}{''.join(f' ({limit.column}{j + 1})' for j in joints)}" for joints, size in same.items()]
-            own = [each for each in _of_limit(seen, name, limit) if each.joints in same and (each.unit or "%") == unit]
+            own = [each for each in _of_limit(seen, name, limit) if each.joints in same and _unit(each)[0] == unit]
             yield Exclusion(
                 family=name, sentence=f"{limit.words} beyond {', '.join(named)} {unit}{_matters(base, own, unit)}",
                 joints=tuple(j for joints in same for j in joints), limit=max(same.values()), unit=unit,
@@ -149,7 +154,7 @@ def largest_undetected(seen: Survey, sizes: Sizes, base: HeldOutEstimate) -> str
     found = list[tuple[float, str]]()
     for name, limit in LIMITS:
         for each in _of_limit(seen, name, limit):
-            unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)
+            unit, scale = _unit(each)
             size = sizes[limit].get((each.joints, unit))
             if size is None and not limit.undetectable:
                 continue
@@ -202,12 +207,9 @@ def _matters(base: HeldOutEstimate | None, own: Sequence[Alternative], unit: str
     """The largest change of a gain by one unit of a small fault, in words; empty without an estimate or a change."""
     if base is None:
         return ""
-    moved = _largest_effect(
-        base, [base.stacked(each.columns)[:, 0] / (each.scale if each.unit else 100.0) for each in own]
-    )
-    return (
-        f" (1 {unit.removesuffix('s') if unit == 'degrees' else unit} changes a gain by {moved:.2g} %)" if moved else ""
-    )
+    moved = _largest_effect(base, [base.stacked(each.columns)[:, 0] / _unit(each)[1] for each in own])
+    one = unit.removesuffix("s") if unit == "degrees" else unit
+    return f" (1 {one} changes a gain by {moved:.2g} %)" if moved else ""
 
 
 def _of_every_log(seen: Survey) -> list[Alternative]:

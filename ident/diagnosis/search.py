@@ -326,10 +326,15 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Exact | None
 
 def _change(found: Exact) -> Evidence | None:
     """Return the next change of the parameters; None if it is not determined."""
+    further = direction_of(found)
+    return None if further is None else each_added(found.read.model.fits, [further.columns])[0]
+
+
+def direction_of(found: Exact) -> Alternative | None:
+    """Return the small alternative of further changes of an alternative's parameters; None if it has none."""
     fit = reference(found.read.problem)
     own = [family for family in FAMILIES if family.name == found.alternative.key[0]]
-    of_it = [each for each in directions(fit, found.read, own) if each.key == found.alternative.key]
-    return each_added(found.read.model.fits, [of_it[0].columns])[0] if of_it else None
+    return next((each for each in directions(fit, found.read, own) if each.key == found.alternative.key), None)
 
 
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:

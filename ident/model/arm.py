@@ -100,15 +100,15 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
     """
     if not isinstance(path, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise RobotModelError(f"the robot model is {type(path).__name__}; expected the path of an MJCF or URDF file")
-    model = load_pinocchio(path, flange=flange)
+    minimal = minimal_model(Path(path), flange)
+    model = load_pinocchio(minimal, path)
     try:
         arm = arm_from_pinocchio(model, couplings)
     except RobotModelError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     stated = [{arm.joint_names[k] for k in pair} for pair in couplings]
-    shared = minimal_model(Path(path), flange).shared
-    for motor, ratios in shared.items():
-        alone = sum(each.keys() == ratios.keys() for each in shared.values()) == 1
+    for motor, ratios in minimal.shared.items():
+        alone = sum(each.keys() == ratios.keys() for each in minimal.shared.values()) == 1
         if not (alone and set(ratios) in stated and len(set(ratios.values())) == 1):
             raise RobotModelError(
                 f"{motor}: it moves joints {enumerated(list(ratios))} together; a gain is that of a joint with a motor "
@@ -117,12 +117,11 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
     return arm
 
 
-def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
-    """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
+def load_pinocchio(minimal: MinimalModel, path: str | Path) -> "pin.Model":
+    """Return the Pinocchio model of a reduced file: kinematics and gravity, not masses; `path` is for messages.
 
-    Raises `RobotModelError` if the file is missing, of an unknown kind or unreadable.
+    Raises `RobotModelError` if Pinocchio cannot read it.
     """
-    minimal = minimal_model(Path(path), flange)
     import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
 
     with captured_stderr() as printed:  # urdfdom prints its errors instead of raising them

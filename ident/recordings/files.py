@@ -15,7 +15,6 @@ import numpy as np
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
 from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
-from ident.recordings.encodings import decoded, likely_encoding
 from ident.recordings.formats import SAMPLE, DataFrame, LogFormat, with_times
 from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array, frame_table
 from ident.recordings.formats.csv import CSV
@@ -41,6 +40,11 @@ LOGS: dict[str, LogFormat] = {
 TEMPERATURES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
 """Patterns of temperature columns, and the number of the first joint."""
 DRIVE_UNITS = "as logged [drive units]"
+SIGN_BITS, WORDS = range(7, 31), (8, 16, 32)
+"""Bits that may hold a sign beside a magnitude, and lengths of words [bits], of registers that are logged as read."""
+LESS = 0.25
+"""Largest size of the steps across zero of a decoded column, relative to those as logged; .5 for a turn of an encoder
+whose range is taken for sign and magnitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,9 +135,9 @@ def read_log(
         raise RecordingError(f"{place}: no row satisfies all conditions of only = {{ .. }}")
     meaning = MEANINGS.get(meant.signal or "")
 
-    def number(name: str, sign_bit: float, bits: float) -> Array:
+    def number(name: str, sign_bit: float, bits: float, turn: float = 0.0) -> Array:
         x = decoded(columns[name][kept], sign_bit, bits)
-        if likely := likely_encoding(x):
+        if (likely := likely_encoding(x)) and float(x.max()) >= abs(turn):  # an encoder jumps at the end of a turn
             kind = "q" if name in meant.q.columns else "v"
             raise RecordingError(
                 f"{place}: column {shown(name)} jumps where it crosses zero, as a register logged as read; state "
@@ -142,7 +146,9 @@ def read_log(
         return x
 
     q = [
-        POSITION[unit] / (turn if unit == TICKS else 1.0) * (sign * number(name, sign_bit, bits) + zero)
+        POSITION[unit]
+        / (turn if unit == TICKS else 1.0)
+        * (sign * number(name, sign_bit, bits, turn * (unit == TICKS)) + zero)
         for name, unit, turn, sign, zero, sign_bit, bits, _ in meant.q.each
     ]
     v = [
@@ -167,6 +173,36 @@ def read_log(
     taken = FIXED[layout][1] if layout in FIXED and not given.v.columns else ""
     notes = tuple(filter(None, (taken, note, *table.notes)))
     return Log(recording=recording, description=meant, layout=layout, signal=signal, v=words, notes=notes)
+
+
+def decoded(x: Array, sign_bit: float = 0.0, bits: float = 0.0) -> Array:
+    """Return register values as numbers, shape (N,).
+
+    Args:
+        x: Values as logged.
+        sign_bit: Bit that is set for negative numbers, from 0, beside the magnitude; 0 for none.
+        bits: Length of a word in two's complement that was read as unsigned; 0 if it was not.
+    """
+    if sign_bit:
+        negative = np.floor(x / 2.0**sign_bit) % 2.0 == 1.0
+        return np.where(negative, 2.0**sign_bit - x, x)
+    return np.where(x >= 2.0 ** (bits - 1.0), x - 2.0**bits, x) if bits else x
+
+
+def likely_encoding(x: Array) -> str:
+    """Return the key and value that make a column of registers continuous, such as `sign_bit = 10`; empty for none."""
+    if not len(x) or x.min() < 0.0 or (x != np.rint(x)).any():
+        return ""
+    largest, step = float(x.max()), np.abs(np.diff(x))
+    for key, values in (("sign_bit", SIGN_BITS), ("bits", WORDS)):
+        for value in values:
+            most = 2.0 ** (value + (key == "sign_bit"))
+            if 0.5 * most <= largest < most:
+                across = np.diff(x >= 0.5 * most)  # the sign changes
+                after = np.abs(np.diff(decoded(x, **{key: value})))
+                if float(after[across].sum()) < LESS * float(step[across].sum()):
+                    return f"{key} = {value}"
+    return ""
 
 
 def format_of(path: Path) -> LogFormat:

@@ -1,5 +1,7 @@
 """What Python gives to the public functions: other ways in, and one error of ours for what is none."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -8,7 +10,7 @@ from known_logs import BRICK, mounted
 from real_friction import Truth
 
 from ident.identification import identify
-from ident.model.arm import arm_from_pinocchio, load_arm, load_pinocchio
+from ident.model.arm import arm_from_pinocchio, load_arm, load_pinocchio, minimal_model
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.preparation import REPORTED, prepare
@@ -107,6 +109,7 @@ def test_generators_recordings_data_frames_and_pinocchio_models_are_ways_in(axes
     for kind in "tqv":
         np.testing.assert_array_equal(getattr(found.recording, kind), getattr(bare, kind))
     assert found.payload is BRICK
-    model = load_pinocchio("examples/arm.urdf")
+    path = Path("examples/arm.urdf")
+    model = load_pinocchio(minimal_model(path), path)
     structure = prepare([Recording(T, np.tile(Q, 2), np.tile(V, 2))], model, policy=REPORTED).problem.structure
     np.testing.assert_array_equal(structure.arm.translation, arm_from_pinocchio(model).translation)

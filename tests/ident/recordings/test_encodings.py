@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from foreign_logs import DESCRIPTION, Q, V, assert_same, channels, csv, table
+from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.description import read_description
-from ident.recordings.encodings import likely_encoding
-from ident.recordings.files import read_recording
+from ident.recordings.files import likely_encoding, read_log, read_recording
 from ident.support.errors import RecordingError
 
 MILLI = np.rint(1e3 * V)
@@ -42,3 +41,13 @@ def test_noise_about_zero_hides_no_sign_and_columns_that_reach_a_power_of_two_ha
         assert likely_encoding(slow + offset) == ""
     assert likely_encoding(slow) == likely_encoding(np.abs(slow)) == likely_encoding(slow + 1024.5) == ""
     assert DESCRIPTION.v.sign_bit == ()
+
+
+def test_an_encoder_that_passes_the_end_of_its_turn_is_no_register(tmp_path):
+    for turn in (4096, 65_536):
+        ticks = np.column_stack([np.rint(turn * each) % turn for each in (0.07 * np.sin(9.0 * T), 0.2 * T, -0.11 * T)])
+        assert (np.abs(np.diff(ticks, axis=0)) > 0.9 * turn).any()
+        path = csv(tmp_path / "log.csv", table(q=ticks))
+        log = read_log(path, channels("q", unit=("ticks",), counts_per_turn=(float(turn),)), check=None)
+        np.testing.assert_allclose(log.recording.q, 2.0 * np.pi * ticks / turn, rtol=1e-12)
+    assert likely_encoding(np.array([4093.0, 4094.0, 4095.0, 0.0, 3.0])) == ""  # no sign in bit 11

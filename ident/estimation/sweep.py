@@ -240,7 +240,7 @@ def tilted(links: Dynamics) -> Array:
     """Change of torques of a motion of N samples as `Torques.tilted`, shape (N, n, 2)."""
     # gravity rotates the other way; I S has moment and force of the following links per acceleration
     arm = links.moving.arm
-    return -np.einsum("jas,ka->sjk", links.own[:, 1], np.cross(arm.gravity, across(arm)))
+    return arm.of_motors(-np.einsum("jas,ka->sjk", links.own[:, 1], np.cross(arm.gravity, across(arm))))
 
 
 @lru_cache(maxsize=8)

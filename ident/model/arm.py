@@ -7,7 +7,7 @@ file to them. Pinocchio's reader checks a URDF; what it ignores is checked here.
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -34,6 +34,8 @@ FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
 """Limits of a revolute joint between these values [rad] are probably in degrees; larger ones mean no limit."""
 STRONGEST_GRAVITY = 100.0
 """Largest plausible gravity [m/s^2]."""
+SINGULAR = 1e-6
+"""Inverse of the condition number from which a transmission is singular."""
 NOT_TURNED = 1e-6
 """Largest difference of a rotation times its transpose from 1."""
 PARTS = {
@@ -66,6 +68,8 @@ class Arm:
         upper: Upper position limits [rad or m], inf where the model states none, shape (n,).
         couplings: Pairs of joints (from 0) whose second motor turns with the sum of both speeds, as axes 5 and 6 of
             Staubli's wrists do.
+        transmission: Matrix A of motors that several joints turn, shape (n, n); None if each joint has its own. All
+            positions, torques and gains are those of the motors: q_motor = A q, torque of the joints = A' torque.
     """
 
     name: str
@@ -78,14 +82,55 @@ class Arm:
     lower: Array
     upper: Array
     couplings: tuple[tuple[int, int], ...] = ()
+    transmission: Array | None = None
 
     @property
     def n(self) -> int:
         """Number of joints."""
         return len(self.joint_names)
 
+    @property
+    def to_joints(self) -> Array | None:
+        """Matrix from positions of motors to those of joints, A^-1, shape (n, n); None without a transmission."""
+        return None if self.transmission is None else np.linalg.inv(self.transmission)
 
-def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> Arm:
+    def of_motors(self, torque: Array) -> Array:
+        """Convert torques of the joints, shape (N, n, ...), to those of the motors, A'^-1 times them."""
+        through = self.to_joints
+        return torque if through is None else np.einsum("ji,sj...->si...", through, torque)
+
+
+def with_transmission(arm: Arm, A: Array) -> Arm:
+    """Return an arm with motors that several joints turn, q_motor = A q, A of shape (n, n).
+
+    Its position limits are the ends of what the motors can reach. Raises `RobotModelError` if A is not an invertible
+    matrix of the arm's size, or a motor turns joints of both kinds.
+    """
+    A, n = np.asarray(A, np.float64), arm.n
+    if A.shape != (n, n) or not np.isfinite(A).all():
+        raise RobotModelError(f"transmission: expected {n} rows of {n} numbers, q_motor = A q, for robot {arm.name}")
+    if arm.couplings:
+        raise RobotModelError("transmission: it states what couplings do; give one of both")
+    size = np.linalg.norm(A, axis=1, keepdims=True)
+    if not size.all() or np.linalg.cond(A / size) > 1.0 / SINGULAR:
+        raise RobotModelError("transmission: the matrix is singular; expected motors that move all joints")
+    turns = np.asarray(arm.revolute, np.bool_)
+    mixed = np.flatnonzero((A[:, turns] != 0.0).any(axis=1) & (A[:, ~turns] != 0.0).any(axis=1))
+    if len(mixed) or (np.asarray(A[:, turns] != 0.0).any(axis=1) != turns).any():
+        raise RobotModelError("transmission: row i must be of joints of the kind of joint i, revolute or prismatic")
+    with np.errstate(invalid="ignore"):  # 0 times a limit that is not stated
+        ends = np.nan_to_num(A * np.stack((arm.lower, arm.upper))[:, None], nan=0.0, posinf=np.inf, neginf=-np.inf)
+    lower, upper = ends.min(axis=0).sum(axis=1), ends.max(axis=0).sum(axis=1)
+    return replace(arm, transmission=readonly(A), lower=readonly(lower), upper=readonly(upper))
+
+
+def load_arm(
+    path: str | Path,
+    couplings: tuple[tuple[int, int], ...] = (),
+    *,
+    flange: str | None = None,
+    transmission: Array | None = None,
+) -> Arm:
     """Read an arm from an MJCF (`.xml`, `.mjcf`) or URDF (`.urdf`) file.
 
     Args:
@@ -93,10 +138,11 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
         couplings: Pairs of coupled joints, from 0, which model files do not state.
         flange: Last body of the arm; joints outside the chain to it are locked at their initial positions. None if all
             joints belong to the arm.
+        transmission: Matrix A of `with_transmission`, None if each joint has a motor of its own.
 
     Raises:
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
-            and prismatic joints, or a coupling names a joint that does not exist.
+            and prismatic joints, a coupling names a joint that does not exist, or the transmission is not possible.
     """
     if not isinstance(path, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise RobotModelError(f"the robot model is {type(path).__name__}; expected the path of an MJCF or URDF file")
@@ -106,13 +152,15 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
         arm = arm_from_pinocchio(model, couplings)
     except RobotModelError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    if transmission is not None:
+        return with_transmission(arm, transmission)
     stated = [{arm.joint_names[k] for k in pair} for pair in couplings]
     for motor, ratios in minimal.shared.items():
         alone = sum(each.keys() == ratios.keys() for each in minimal.shared.values()) == 1
         if not (alone and set(ratios) in stated and len(set(ratios.values())) == 1):
             raise RobotModelError(
-                f"{motor}: it moves joints {enumerated(list(ratios))} together; a gain is that of a joint with a motor "
-                "of its own, or of one motor that turns by the sum of two joints (--coupling I J)"
+                f"{motor}: it moves joints {enumerated(list(ratios))} together; state the matrix `transmission` in a "
+                "robot.toml (rx90 new-robot writes one), or --coupling I J for friction at the sum of two speeds"
             )
     return arm
 

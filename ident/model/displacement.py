@@ -58,6 +58,8 @@ class Kinematics:
     @classmethod
     def of(cls, arm: Arm, states: States) -> "Kinematics":
         """Of a motion."""
+        if (through := arm.to_joints) is not None:
+            states = States(states.q @ through.T, states.dq @ through.T, states.ddq @ through.T)
         pose = np.empty((arm.n, 3, 4, len(states.q)))
         for j, q in enumerate(states.q.T):
             E, arrow = joint_pose(arm, j, q)
@@ -127,23 +129,33 @@ class Dynamics:
         return cls(moving, chi, np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
 
     def displaced(self, further: States) -> Array:
-        """Return the first-order change of joint torques by each joint's displacement [N m or N], shape (N, n, n).
+        """Return the first-order change of torques by each motor's displacement [N m or N], shape (N, n, n).
 
         `further` has the displacements and their first and second time derivatives. Coulomb friction is not included.
         """
-        arm, (S, dS, ddS) = self.moving.arm, self.moving.S
-        x, dx, ddx = (each.T[:, None, None, :] for each in (further.q, further.dq, further.ddq))
-        D = np.concatenate((ddx * S + 2.0 * dx * dS + x * ddS, 2.0 * (dx * S[:, :1] + x * dS[:, :1])), axis=1)
-        by_x, by_dx, by_ddx = self.by_x
-        wrench = x * by_x + dx * by_dx + ddx * by_ddx
-        change = np.empty((len(further.q), arm.n, arm.n))
-        for k in range(arm.n):
-            change[:, k:, k] = np.einsum("jabs,abs->sj", self.own[k:], D[k])
-            change[:, :k, k] = np.einsum("jabs,abs->sj", S[:k], wrench[k])
+        arm, through = self.moving.arm, self.moving.arm.to_joints
+        if through is None:
+            change = self._by_joint(further)
+        else:  # motor k moves joint j by A^-1_jk
+            motors = ([each[:, k, None] * through[:, k] for each in (further.q, further.dq, further.ddq)] for k in range(arm.n))
+            change = arm.of_motors(np.stack([self._by_joint(States(*each)).sum(axis=2) for each in motors], axis=2))
         steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
         linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))
         change += drive_torques(arm, linear, each, none).T * further.dq[:, None]
         change += drive_torques(arm, linear, none, each).T * further.ddq[:, None]
+        return change
+
+    def _by_joint(self, further: States) -> Array:
+        """Return the change of joint torques by each joint's displacement, without drives, shape (N, n, n)."""
+        n, (S, dS, ddS) = self.moving.arm.n, self.moving.S
+        x, dx, ddx = (each.T[:, None, None, :] for each in (further.q, further.dq, further.ddq))
+        D = np.concatenate((ddx * S + 2.0 * dx * dS + x * ddS, 2.0 * (dx * S[:, :1] + x * dS[:, :1])), axis=1)
+        by_x, by_dx, by_ddx = self.by_x
+        wrench = x * by_x + dx * by_dx + ddx * by_ddx
+        change = np.empty((len(further.q), n, n))
+        for k in range(n):
+            change[:, k:, k] = np.einsum("jabs,abs->sj", self.own[k:], D[k])
+            change[:, :k, k] = np.einsum("jabs,abs->sj", S[:k], wrench[k])
         return change
 
 

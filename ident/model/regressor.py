@@ -52,11 +52,13 @@ class LinkMotion:
 def link_motions(
     arm: Arm, q: Array, dq: Array, ddq: Array, gravity: Array | None = None, length: Array | None = None
 ) -> Iterator[LinkMotion]:
-    """Yield the motion of each link, from the base on; positions and their derivatives have the shape (n, samples).
+    """Yield the motion of each link, from the base on, by positions (of motors) and derivatives, shape (n, samples).
 
     `gravity` of each sample is in the base frame [m/s^2], shape (3, samples), None for the arm's; `length` is a factor
     of each distance between frames, shape (n, samples), None for 1.
     """
+    if (through := arm.to_joints) is not None:
+        q, dq, ddq = through @ q, through @ dq, through @ ddq
     vectors, L = np.zeros((3, 3, q.shape[1])), np.zeros((3, 3, q.shape[1]))
     vectors[2] = -arm.gravity[:, None] if gravity is None else -gravity
     for j in range(arm.n):
@@ -169,7 +171,7 @@ class LinkMotions:
             torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
             carried = np.einsum("kas,abs->kbs", carried, link.E)
             _add_cross(carried[0], -carried[1], link.arrow)  # lever arm times force
-        return torque.T + drive_torques(arm, chi, self.dq, self.ddq)
+        return arm.of_motors(torque.T) + drive_torques(arm, chi, self.dq, self.ddq)
 
 
 def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
@@ -250,30 +252,34 @@ def regressor_blocks(
         The slice of samples, and their columns, shape (n - first, 14 n + 3 c, samples of the block). The array is
         overwritten by the next block.
     """
-    n, p = arm.n, len(STANDARD)
-    buffer = np.zeros((n - first, len(labels(n, arm.couplings)), min(size, len(q))))
+    n, p, through = arm.n, len(STANDARD), arm.to_joints
+    lowest = first if through is None else 0
+    buffer = np.zeros((n - lowest, len(labels(n, arm.couplings)), min(size, len(q))))
     weight = np.ones_like(q) if weight is None else weight
     for start in range(0, len(q), size):
         block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
         dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
-        up = np.empty((0, 2, 3, len(share.T)))  # u and p of each joint up to link i, times its weight
+        up = np.zeros((0 if through is None else n, 2, 3, len(share.T)))  # u and p of each motor, times its weight
         further = [None if each is None else each[block].T for each in (gravity, length)]
         for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block, *further)):
-            if i < first:
+            if i < lowest:
                 continue
             _add_cross(up[:, 1], up[:, 0], link.arrow)
-            own = np.zeros((1, *up.shape[1:]))
-            own[0, 0 if arm.revolute[i] else 1] = arm.axis[i][:, None] * share[i]
-            up = np.concatenate((np.einsum("jkbs,abs->jkas", up, link.E), own))
-            out, (by_inertia, by_mass) = columns[: i + 1 - first, p * i : p * i + len(INERTIAL)], _link_matrices(link)
+            up = np.einsum("jkbs,abs->jkas", up, link.E)
+            if through is None:  # the links before i do not move with joint i
+                up = np.concatenate((up, np.zeros((1, *up.shape[1:]))))
+            moved = np.ones(1) if through is None else through[i]
+            turned = moved[:, None] * (share[i : i + 1] if through is None else share)
+            up[-len(moved) :, 0 if arm.revolute[i] else 1] += arm.axis[i][:, None] * turned[:, None]
+            out, (by_inertia, by_mass) = columns[: len(up), p * i : p * i + len(INERTIAL)], _link_matrices(link)
             # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
             np.einsum("jas,bas->jbs", up[:, 0], by_inertia, out=out[:, :6])
             np.einsum("jas,bas->jbs", up.reshape(len(up), 6, -1), by_mass, out=out[:, 6:])
         for j, k, values in _drive_columns(arm, dq_block, ddq_block):
-            if j >= first:
-                np.multiply(share[j], values, out=columns[j - first, k])
-        yield block, columns
+            if j >= lowest:
+                np.multiply(share[j], values, out=columns[j - lowest, k])
+        yield block, columns[first - lowest :]
 
 
 def _link_matrices(link: LinkMotion) -> tuple[Array, Array]:

@@ -117,6 +117,12 @@ class Structure:
     payload_probes: Array
 
     @property
+    def first_links(self) -> list[int]:
+        """First link that each motor moves, from 0: its own, but for motors that several joints turn."""
+        through = self.arm.to_joints
+        return list(range(self.arm.n)) if through is None else np.argmax(through != 0.0, axis=0).tolist()
+
+    @property
     def payload_columns(self) -> Indices:
         """Indices of the payload's columns, which are those of the last link, shape (10,)."""
         return len(STANDARD) * (self.arm.n - 1) + np.arange(len(INERTIAL))

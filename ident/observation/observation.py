@@ -213,8 +213,8 @@ def observe(
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
     joints: list[JointObservation] = []
     for j, Wj in enumerate(W):
-        own, columns = len(STANDARD) * j, structure.joint_columns[j]
-        weight = Wj[:, STANDARD.index("off")]  # the column of ones is now the remaining weight
+        own, columns = len(STANDARD) * structure.first_links[j], structure.joint_columns[j]
+        weight = Wj[:, len(STANDARD) * j - own + STANDARD.index("off")]  # the column of ones is now the remaining weight
         keep = weight >= options.min_weight
         joints.append(
             JointObservation(
@@ -254,17 +254,17 @@ def reduced(
     the shape (N, n).
 
     Returns:
-        The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of its own link: those
-        of the links before it are zero.
+        The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of the first link that
+        it moves: those of the links before it are zero.
     """
-    n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
+    n, rows, first = structure.arm.n, D.rows(len(v)), [len(STANDARD) * link for link in structure.first_links]
     piece = D.factor * max(1, PIECE // D.factor)
     band = D.band(piece)
     weight = moving.astype(np.float64)
     weighted = weight * v
     reached = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
     V = np.zeros((reached, n))
-    W = [np.zeros((reached, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
+    W = [np.zeros((reached, structure.base.regrouping.shape[1] - own)) for own in first]
     size = piece * max(1, BLOCK // piece)
     for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
         for start in range(block.start, block.stop, piece):
@@ -273,7 +273,7 @@ def reduced(
             touched = slice(start // D.factor, start // D.factor + len(band))
             V[touched] += weights @ weighted[start : start + piece]
             for j in range(n):
-                W[j][touched] += weights @ columns[j, p * j :, inside].T
+                W[j][touched] += weights @ columns[j, first[j] :, inside].T
     whole = slice(D.overlap, D.overlap + rows)
     return V[whole], [Wj[whole] for Wj in W]
 

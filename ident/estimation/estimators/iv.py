@@ -74,7 +74,8 @@ def instruments(problem: Problem) -> tuple[Problem, float]:
         joints = list[JointObservation]()
         for j, rows in enumerate(motion.observation.joints):
             base, load = structure.base.columns[rows.columns], structure.payload_columns
-            of_arm, of_payload = (W[j][np.ix_(rows.position, each - len(STANDARD) * j)] for each in (base, load))
+            before = len(STANDARD) * structure.first_links[j]
+            of_arm, of_payload = (W[j][np.ix_(rows.position, each - before)] for each in (base, load))
             joints.append(replace(rows, W=of_arm, W_L=of_payload))
         motions.append(replace(motion, observation=replace(motion.observation, joints=tuple(joints))))
     return replace(problem, motions=tuple(motions)), kept

@@ -4,7 +4,7 @@
 that no fault is reported for what a term explains; they are in `ident.diagnosis.terms`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 
@@ -24,6 +24,7 @@ from ident.diagnosis.hypothesis import (
 from ident.diagnosis.models import STEP, Reference, with_arm, with_time
 from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
+from ident.support.naming import enumerated
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,7 @@ class Family:
     Attributes:
         name: Name of its directions.
         alternatives: Large ones, as hypotheses.
+        laborious: Large ones of another arm, which are compared only if the logs show some fault or term.
         directions: Small ones, with columns of currents; none if all are large.
         seldom: Whether it is a rare fault, so that it comes last of alternatives that predict equally well.
         limits: Sizes that are bounded. Its own large alternatives are then not reported as excluded.
@@ -58,6 +60,7 @@ class Family:
 
     name: str
     alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
+    laborious: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
     directions: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()
     seldom: bool = False
     limits: tuple[Limit, ...] = ()
@@ -222,6 +225,44 @@ def couplings(logs: Logs) -> Iterator[Alternative]:
                 joints=(j,), logs=logs.every, hypothesis=logs.given.changed(logs.every, q_mixing=mixing),
                 advice=f"state coupling = [[{j + 1}, {remedy}{i + 1}]] in [q] of a log description",
             )  # fmt: skip
+
+
+TURNING = (
+    ((1.0, 0.0), (1.0, 1.0)),
+    ((1.0, 0.0), (-1.0, 1.0)),
+    ((1.0, 1.0), (0.0, 1.0)),
+    ((1.0, -1.0), (0.0, 1.0)),
+    ((1.0, 1.0), (1.0, -1.0)),
+    ((1.0, -1.0), (1.0, 1.0)),
+)
+"""Motions of the motors of two neighbouring joints by these: a parallelogram or a wrist, from either side, and both
+differentials."""
+
+
+def transmissions(logs: Logs) -> Iterator[Alternative]:
+    """Two neighbouring motors of which one or both turn by the sum or difference of both joints."""
+    arm = logs.structure.arm
+    pairs = range(arm.n - 1) if arm.transmission is None and not arm.couplings else ()
+    for j, own in product(pairs, TURNING):
+        A = np.eye(arm.n)
+        A[j : j + 2, j : j + 2] = own
+        if arm.revolute[j] == arm.revolute[j + 1]:
+            turns = enumerated([f"motor {j + k + 1} turns by {_sum(row, j)}" for k, row in enumerate(own) if all(row)])
+            rows = ", ".join(str(row) for row in A.astype(int).tolist())
+            yield Alternative(
+                family="transmission", words=f"{turns}, and q and v are those of the motors", joints=(j, j + 1),
+                logs=logs.every, hypothesis=replace(logs.given, transmission=A),
+                advice=f"state transmission = [{rows}] in the robot.toml (rx90 new-robot writes one)",
+            )  # fmt: skip
+
+
+def _sum(row: Sequence[float], j: int) -> str:
+    """Sum of the positions of a joint, from 0, and the next one, with signs, in words."""
+    return (
+        f"joint {j + 1} {'plus' if row[0] == row[1] else 'minus'} joint {j + 2}"
+        if row[0] > 0.0
+        else (f"joint {j + 2} minus joint {j + 1}")
+    )
 
 
 SAME = 1e-6
@@ -519,6 +560,7 @@ FAMILIES: tuple[Family, ...] = (
     ),
     Family(name="order", alternatives=orders, excluded={"order": "exchanged or reordered columns"}),
     Family(name="coupling", alternatives=couplings, excluded={"coupling": "positions that include a neighbour's"}),
+    Family(name="transmission", laborious=transmissions),
     Family(
         name="base", alternatives=bases, directions=small_tilts,
         excluded={"base": "a different orientation of the base"},

@@ -15,7 +15,7 @@ import numpy as np
 from ident.diagnosis.evidence import Score, regrouped
 from ident.diagnosis.models import FreeModel, free_model
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.model.arm import Arm
+from ident.model.arm import Arm, with_transmission
 from ident.model.structure import Structure, structure_of
 from ident.numerics.signals import delayed
 from ident.observation.observation import ObserveOptions, observe
@@ -91,14 +91,18 @@ class Hypothesis:
         logs: Hypothesis on each log.
         gravity: Gravity in the base frame [m/s^2], shape (3,).
         length_factors: Factor of the distance between each frame and the preceding one, shape (n,).
+        transmission: Matrix of motors that several joints turn, shape (n, n); None for that of the arm.
     """
 
     logs: tuple[LogHypothesis, ...]
     gravity: Array
     length_factors: Array
+    transmission: Array | None = None
 
     def of_arm(self, arm: Arm) -> Arm:
         """Return the arm under this hypothesis; the same object if nothing changes."""
+        if self.transmission is not None:
+            arm = with_transmission(arm, self.transmission)
         if (self.length_factors == 1.0).all() and (self.gravity == arm.gravity).all():
             return arm
         return replace(arm, gravity=self.gravity, translation=self.length_factors[:, None] * arm.translation)

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.diagnosis.hypothesis import Alternative, Hypothesis, Logs
-from ident.model.arm import Arm
+from ident.estimation.sweep import own_rotors
+from ident.model.arm import Arm, with_transmission
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks
 from ident.model.structure import Structure, independent_columns, structure_of
@@ -140,15 +141,15 @@ def unexplained(
     """
     arm, K = logs.structure.arm, len(hypotheses)
     left, freedom = np.full((K, arm.n, len(at)), np.inf), np.zeros((K, arm.n, len(at)))
-    alive, upright = np.ones(K, np.bool_), np.array([(each.gravity == arm.gravity).all() for each in hypotheses])
+    alive, columns_of = np.ones(K, np.bool_), dict[bytes, tuple[Arm, list[list[_Columns]]]]()
+    alike = np.array([_of_model(logs, each, columns_of) for each in hypotheses])
     order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
     unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
     for joints in filter(len, (range(arm.n // 2, arm.n), range(arm.n // 2))):  # a stage repeats the links' motions
-        for own in (np.flatnonzero(alive & (upright == which)) for which in (True, False)):
-            if not len(own):
+        for which, (turned, columns) in enumerate(columns_of.values()):
+            if not len(own := np.flatnonzero(alive & (alike == which))):
                 continue
-            columns = _columns_of(logs, upright=bool(upright[own[0]]))
-            number, normals = _normals(arm, at, [hypotheses[k] for k in own.tolist()], columns, joints)
+            number, normals = _normals(turned, at, [hypotheses[k] for k in own.tolist()], columns, joints)
             for j, of_logs in zip(joints, normals, strict=True):
                 equations = np.column_stack((number, order[own, :, j], unit[own, :, j]))
                 _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
@@ -310,9 +311,22 @@ def _with_ridge(gram: Array, felt: Mask) -> Array:
     return gram + np.where(felt, RIDGE, 1.0)[..., None] * np.eye(gram.shape[-1])
 
 
-def _columns_of(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
+def _of_model(logs: Logs, hypothesis: Hypothesis, known: dict[bytes, tuple[Arm, list[list[_Columns]]]]) -> int:
+    """Number of the arm and the columns of a hypothesis among the known ones, to which new ones are added."""
+    arm, A = logs.structure.arm, hypothesis.transmission
+    upright = bool((hypothesis.gravity == arm.gravity).all())
+    key = bytes([upright]) if A is None else A.tobytes()
+    if key not in known:
+        of_arm, of_payload = _unknowns(logs.structure, upright=upright)
+        if A is not None:  # a motor moves the links of several joints: more columns than are independent
+            arm, base = with_transmission(arm, A), np.union1d(logs.structure.base.columns, own_rotors(logs.structure))
+            of_arm, of_payload = (base,) * arm.n, (logs.structure.payload_columns,) * arm.n
+        known[key] = arm, _columns_of(logs, of_arm, of_payload)
+    return [*known].index(key)
+
+
+def _columns_of(logs: Logs, of_arm: Sequence[Indices], of_payload: Sequence[Indices]) -> list[list[_Columns]]:
     """Columns of each log and joint: those of the arm are common; later logs have their own friction and payload."""
-    of_arm, of_payload = _unknowns(logs.structure, upright=upright)
     motions, found = logs.problem.motions, list[list[_Columns]]()
     for motion in motions:
         own = [np.zeros(0, dtype=np.intp) for _ in of_arm]

@@ -259,7 +259,11 @@ def faults(
 
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
         terms = [each for each in seen.small if each.alternative.term]
-        return [each for each in (*_in_full(seen, harmless), *terms) if each.z > SHOWN]
+        found = [each for each in (*_in_full(seen, harmless), *terms) if each.z > SHOWN]
+        rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found else []
+        likely = [each.alternative for each in screened(seen.logs, rest) if each.gain > WORTH][:LOOKED_AT]
+        exact = (compared(seen.logs, each) for each in likely)
+        return found + [each for each in exact if each is not None and each.z > SHOWN]
 
     def extended(seen: Survey, found: Exact | FirstOrder) -> Survey:
         if isinstance(found, Exact):

@@ -137,7 +137,10 @@ class Dynamics:
         if through is None:
             change = self._by_joint(further)
         else:  # motor k moves joint j by A^-1_jk
-            motors = ([each[:, k, None] * through[:, k] for each in (further.q, further.dq, further.ddq)] for k in range(arm.n))
+            motors = (
+                [each[:, k, None] * through[:, k] for each in (further.q, further.dq, further.ddq)]
+                for k in range(arm.n)
+            )
             change = arm.of_motors(np.stack([self._by_joint(States(*each)).sum(axis=2) for each in motors], axis=2))
         steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
         linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))

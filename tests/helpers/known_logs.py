@@ -111,21 +111,26 @@ def known_logs(
     middle: np.ndarray,
     noise: float = 0.02,
     rate: float = 125.0,
+    transmission: np.ndarray | None = None,
 ) -> tuple[Recording, Recording]:
     """A bare and a loaded recording of an arm whose drive gains are `gain`.
 
-    Noise is white, in proportion to each joint's rms current; friction is viscous and dry, with an offset.
+    Noise is white, in proportion to each joint's rms current; friction is viscous and dry, with an offset. Motors
+    that several joints turn, q_motor = A q with A the transmission, are logged themselves.
     """
     motion = fourier(rng, middle)
     scale, t = 0.8 * np.abs(gain), np.arange(0.0, motion.period, 1.0 / rate)
     q, dq, ddq = motion(t)
+    A = np.eye(len(middle)) if transmission is None else transmission
+    turned, dturned, ddturned = (x @ A.T for x in (q, dq, ddq))
     recordings = []
     for each, name in ((None, "bare"), (payload, "loaded")):
         tau = torque(with_payload(model, each), q, dq, ddq)
-        tau = tau + scale * (1.3 * dq + 1.7 * np.sign(dq) + 0.4) + 0.01 * scale * ddq
+        tau = np.linalg.solve(A.T, tau.T).T  # torques of the joints are A' times those of the motors
+        tau = tau + scale * (1.3 * dturned + 1.7 * np.sign(dturned) + 0.4) + 0.01 * scale * ddturned
         v = tau / gain
         v = v + noise * np.sqrt(np.mean(v**2, axis=0)) * rng.standard_normal(v.shape)
-        recordings.append(Recording(t, q, v, name))
+        recordings.append(Recording(t, turned, v, name))
     return recordings[0], recordings[1]
 
 

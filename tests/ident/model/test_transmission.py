@@ -1,0 +1,129 @@
+"""Motors that several joints turn: an arm's equations in motor positions, against Pinocchio and virtual work."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
+from pinocchio_arms import random_arm, standard_parameters_of
+from pinocchio_arms import rnea as torque_of_joints
+
+from ident.identification import identify
+from ident.model.arm import Arm, arm_from_pinocchio, with_transmission
+from ident.model.displacement import Dynamics, Kinematics, States
+from ident.model.regressor import inverse_dynamics, regressor, regressor_blocks
+from ident.model.structure import structure_of
+from ident.recordings.recording import Motion
+from ident.support.errors import Contradiction, RobotModelError
+
+ELBOW = np.eye(6)
+ELBOW[2, 1] = 1.0
+"""Motor 3 turns the elbow against the base, as with a parallelogram."""
+WRIST = np.diag([-1.3, 1.0, 2.0, 1.0, 1.0, 1.0])
+WRIST[4:, 4:] = (0.7, 0.4), (0.6, -0.9)
+"""A differential wrist of unequal gears, an axis wired in reverse, and a belt."""
+
+
+@pytest.mark.parametrize("A", [ELBOW, WRIST])
+def test_torques_of_motors_do_the_work_of_those_of_the_joints(A, rng):
+    model = random_arm(rng, 6, prismatic=0.0)
+    arm = with_transmission(arm_from_pinocchio(model), A)
+    q, dq, ddq = rng.uniform(-2.0, 2.0, (3, 40, 6))
+    joints = np.array([torque_of_joints(model, *state) for state in zip(q, dq, ddq, strict=True)])
+    drives = rng.uniform(0.3, 2.0, (6, 4))  # Ia, Fv, Fc, off of the motors
+    chi = np.hstack((standard_parameters_of(model), drives)).ravel()
+    motors = [x @ A.T for x in (q, dq, ddq)]
+    friction = np.stack((motors[2], motors[1], np.sign(motors[1]), np.ones_like(q)), axis=2)
+    tau = inverse_dynamics(arm, chi, *motors)
+    left = tau - np.einsum("sjk,jk->sj", friction, drives)
+    np.testing.assert_allclose(left @ A, joints, rtol=0, atol=1e-11 * np.abs(joints).max())  # hundreds of roundings
+    W = regressor(arm, *motors)
+    np.testing.assert_allclose(W @ chi, tau, rtol=0, atol=1e-11 * np.abs(tau).max())
+    weight = rng.uniform(0.2, 3.0, (40, 6))
+    for first in (0, 2, 5):
+        ((_, part),) = regressor_blocks(arm, *motors, first=first, weight=weight)
+        expected = np.moveaxis(weight[..., None] * W, 0, 2)[first:]
+        np.testing.assert_allclose(part, expected, rtol=0, atol=1e-12 * np.abs(W).max())
+
+
+@pytest.mark.parametrize("A", [ELBOW, WRIST])
+def test_a_little_displacement_of_a_motor_changes_torques_by_its_share(A, rng):
+    model = random_arm(rng, 6, prismatic=0.0)
+    arm = with_transmission(arm_from_pinocchio(model), A)
+    chi = np.hstack((standard_parameters_of(model), rng.uniform(0.3, 2.0, (6, 4)) * (1.0, 1.0, 0.0, 1.0))).ravel()
+    at, by = rng.uniform(-2.0, 2.0, (2, 3, 20, 6))
+    change = Dynamics.of(Kinematics.of(arm, States(*at)), chi).displaced(States(*by))
+    h = 1e-5
+    for k, only in enumerate(np.eye(6)):
+        there, back = (inverse_dynamics(arm, chi, *(at + size * only * by)) for size in (h, -h))
+        expected = (there - back) / (2.0 * h)
+        np.testing.assert_allclose(change[:, :, k], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_motors_reach_what_their_joints_reach_together(arm):
+    turned = with_transmission(replace(arm, upper=np.where(np.arange(6) == 3, np.inf, arm.upper)), WRIST)
+    assert (turned.lower[0], turned.upper[0]) == pytest.approx((-1.3 * arm.upper[0], -1.3 * arm.lower[0]))
+    low, high = 0.6 * arm.lower[4] - 0.9 * arm.upper[5], 0.6 * arm.upper[4] - 0.9 * arm.lower[5]
+    assert (turned.lower[5], turned.upper[5]) == pytest.approx((low, high))
+    assert turned.upper[3] == np.inf
+    assert structure_of(turned).first_links == [0, 1, 2, 3, 4, 4]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda A: A[:5], "6 rows of 6 numbers"),
+        (lambda A: np.where(A == 0.4, np.nan, A), "6 rows of 6 numbers"),
+        (lambda A: A[[0, 1, 2, 3, 4, 4]], "singular"),
+        (lambda A: 0.0 * A, "singular"),
+    ],
+)
+def test_an_impossible_transmission_is_refused(arm, change, said):
+    with pytest.raises(RobotModelError, match=said):
+        with_transmission(arm, change(WRIST))
+
+
+def test_a_motor_turns_joints_of_one_kind(arm: Arm):
+    slides = replace(arm, revolute=np.arange(6) != 2)
+    with pytest.raises(RobotModelError, match="kind"):
+        with_transmission(slides, ELBOW)
+    with pytest.raises(RobotModelError, match="both"):
+        with_transmission(replace(arm, couplings=((4, 5),)), WRIST)
+
+
+def logs_of(A: np.ndarray) -> tuple[Motion, Motion]:
+    rng = np.random.default_rng(3)
+    return mounted(*known_logs(ur_like(), BRICK, UR_GAIN, rng, middle=UR_MIDDLE, noise=0.01, transmission=A), BRICK)
+
+
+@pytest.mark.parametrize("A", [ELBOW, WRIST])
+def test_gains_of_motors_that_several_joints_turn_are_found(A):
+    found = identify(with_transmission(arm_from_pinocchio(ur_like()), A), logs_of(A))
+    z = (found.gain - UR_GAIN) / found.std
+    assert found.gain.count() >= 5
+    assert np.abs(z).max() < 3.0  # six gains: by chance one set of logs in sixty
+    assert [each.name for each in found.found.findings] == ["negative gain"]  # of axis 2, wired in reverse
+
+
+@pytest.mark.parametrize(
+    ("place", "turns", "said", "row"),
+    [
+        (1, ((1, 0), (1, 1)), "motor 3 turns by joint 2 plus joint 3", "[0, 1, 1, 0, 0, 0]"),
+        (3, ((1, 0), (-1, 1)), "motor 5 turns by joint 5 minus joint 4", "[0, 0, 0, -1, 1, 0]"),
+        pytest.param(
+            4, ((1, 1), (1, -1)), "motor 5 turns by joint 5 plus joint 6 and motor 6 turns by joint 5 minus",
+            "[0, 0, 0, 0, 1, -1]", marks=pytest.mark.slow,
+        ),
+    ],
+)  # fmt: skip
+def test_a_transmission_that_nobody_stated_is_named_with_the_matrix_to_state(place, turns, said, row):
+    A = np.eye(6)
+    A[place : place + 2, place : place + 2] = turns
+    try:
+        found = [each for each in identify(arm_from_pinocchio(ur_like()), logs_of(A)).found.findings]
+        words = f"{found[0].sentence}; {found[0].advice}"
+    except Contradiction as error:  # if no gain is left
+        words = str(error)
+    assert said in words
+    assert "state transmission = [[1, 0, 0, 0, 0, 0], " in words
+    assert row in words

@@ -7,7 +7,6 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pinocchio as pin
@@ -23,7 +22,6 @@ from scenarios.experiments.run import Trial, run, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of, with_method
 from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.prediction.budget import predicted_budget
-from sim.controller import Law
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation, varied
 from sim.plant import Plant, plant_model, resting
@@ -144,13 +142,12 @@ def growth() -> None:
             print(f"{what}, {method}: {ratio:.1f} times the time of the pair ({statistics.median(before):.2f} s)")
 
 
-def closed_loop_ratio(simulations: int, law: Law) -> None:
+def closed_loop_ratio(simulations: int) -> None:
     """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
     setup = setup_of(load_scenario("nominal"))
     motion = replace(setup.experiments[0].trajectory, duration=4.0)
     slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
-    pair = [replace(each, controller=replace(each.controller, law=law)) for each in setup.experiments]
-    experiments = [replace(pair[i % 2], trajectory=slow) for i in range(simulations)]
+    experiments = [replace(setup.experiments[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
     bare, loaded = (plant_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
     periods, substeps = 4001, round(1e-3 / step)
@@ -167,9 +164,7 @@ def closed_loop_ratio(simulations: int, law: Law) -> None:
     a, b = medians(closed, stepping)
     ratio = statistics.median(x / y for x, y in zip(a, b, strict=True))
     each = 1e6 * statistics.median(b) / (periods * substeps * simulations)
-    print(
-        f"closed loop over bare stepping, {simulations:3d} simulations, {law}: {ratio:.2f} (bare: {each:.2f} us a step)"
-    )
+    print(f"closed loop over bare stepping, {simulations:3d} simulations: {ratio:.2f} (bare: {each:.2f} us a step)")
 
 
 def processor_s(action: Callable[[], object], times: int = RUNS) -> float:
@@ -239,8 +234,7 @@ if __name__ == "__main__":
             predictions(method)
         for name in SCENARIOS:
             runs_and_trials(name)
-        for law in get_args(Law):
-            for count in (1, 2, 32, 128):
-                closed_loop_ratio(count, law)
+        for count in (1, 2, 32, 128):
+            closed_loop_ratio(count)
         for count in (1, 32):
             effects(count)

@@ -1,6 +1,6 @@
 """Closed loops of a batch: from encoder readings to currents in every control period.
 
-`filtered`, in NumPy between the steps of MuJoCo:
+In NumPy between the steps of MuJoCo:
 
     dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
     s    <- s + Ki T (q_ref - q)                       integral action, if any
@@ -9,41 +9,21 @@
 limited by the drive to |v| <= v_max (`sim.plant`). q is the encoder reading, so encoder noise enters v through the
 loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
 motion (`sim.controller`) and called reference.
-
-`native`, in MuJoCo's own actuators, hundreds of control periods in one call:
-
-    v = (Kp (q_ref - q - e) + Kd (dq_ref - dq - F e) + tau_ff) / g_assumed,   |v| <= v_max
-
-as actuators whose force is affine in position and speed, held over a physics step by the integrator `Euler`; the
-reference is their control. dq is the true speed of the joint. e is the noise of the encoders, drawn before the motion,
-and F e the speed that the filtered law would estimate from it: encoder noise acts in the loop. Encoder quantisation
-does not: only the log is rounded.
 """
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
-from ident.numerics.filters import filtered
 from ident.support.arrays import Array
 from sim.controller import Controller
-from sim.effects import EFFECTS
 from sim.engine import Engine
-from sim.errors import PlantError
-from sim.experiment import Experiment
-from sim.robot import DriveTruth
 from sim.sensors import SENSORS, SensorOptions
-from sim.sensors.readings import drawn_noise, rounded
 from sim.sensors.sensor import NoiseStreams
 
 CHUNK = 100
 """Number of control periods whose references are gathered and whose logs are stored together; they fit in the cache."""
-NATIVE_CHUNK = 500
-"""Control periods of one call of the native law."""
-OTHERWISE = 'use controller.law = "filtered"'
 Advanced = Callable[[float], None]
 """Callback that receives the simulated time since the last call, summed over all simulations [s]."""
 
@@ -68,7 +48,7 @@ def closed_loop(
     *,
     advanced: Advanced = no_progress,
 ) -> LoopLog:
-    """Run B simulations, at rest at the start of their motions, to the end with the filtered law.
+    """Run B simulations, at rest at the start of their motions, to the end.
 
     Controllers are of equal length and period; limits of the currents [drive units] have the shape (B, n).
     """
@@ -161,79 +141,3 @@ class ControlPeriods:
             self._integral += self._ki * (self.q_ref[k] - reading)
             np.add(v, self._integral, v)
         return v
-
-
-def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
-    """Check that only MuJoCo acts within and between control periods, of which each has so many physics steps.
-
-    Raises `PlantError` if the controller integrates, the period is not one physics step, or a model error or sensor
-    acts in every control period.
-    """
-    options, stated = experiment.controller, f'{experiment.name}: controller.law = "native"'
-    if options.integral_hz:
-        raise PlantError(
-            f"{stated} does not integrate, but integral_hz = {options.integral_hz:g}; set it to 0, or {OTHERWISE}"
-        )
-    if steps != 1:
-        raise PlantError(
-            f"{stated} needs one physics step per control period, but there are {steps}; "
-            f"set step = {1.0 / options.rate_hz:g}, or {OTHERWISE}"
-        )
-    for error, effect in EFFECTS.items():
-        if effect.varies(experiment.plant.errors):
-            raise PlantError(
-                f"{stated} cannot simulate a model error that acts in every control period, as {error} does; "
-                f"{OTHERWISE}"
-            )
-    for name, sensor in SENSORS.items():
-        if name != "encoder" and sensor.reader([experiment.sensors], [streams], experiment.plant.robot.n) is not None:
-            raise PlantError(
-                f"{stated} reads only the encoders, but {name} changes what the controller reads; {OTHERWISE}"
-            )
-
-
-def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
-    """Return a plant whose actuators close the loop; its controls are `Controller.reference`."""
-    servo = copy(model)
-    servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would treat the speed feedback implicitly
-    servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp
-    servo.actuator_biasprm[:, 2] = -drives.gain * controller.kd
-    largest = np.abs(drives.gain) * drives.current_limit
-    servo.actuator_forcerange[:] = servo.actuator_biasprm[:, :1] + np.outer(largest, (-1.0, 1.0))
-    servo.actuator_forcelimited[:], servo.actuator_ctrllimited[:] = 1, 0
-    return servo
-
-
-def servo_loop(
-    engine: Engine,
-    controllers: Sequence[Controller],
-    limits: Array,
-    sensors: Sequence[SensorOptions],
-    streams: Sequence[NoiseStreams],
-    *,
-    advanced: Advanced = no_progress,
-) -> LoopLog:
-    """As `closed_loop` with the native law, of simulations on models of `servo_model`."""
-    samples, (B, n) = len(controllers[0].reference), engine.q.shape
-    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
-    for q, v, c, options, noise in zip(log.q, log.v, controllers, sensors, streams, strict=True):
-        q[:] = drawn_noise(options, noise, (samples, n))
-        low_pass = np.array([[c.blend / c.period, 0.0, 0.0, 1.0, c.blend - 1.0, 0.0]])
-        speed = filtered(low_pass, np.diff(q, axis=0, prepend=q[:1]))  # initially at rest
-        v[:] = c.reference - c.kp * q - c.kd * speed
-    kp, kd = (np.stack(each)[:, None] for each in ([c.kp for c in controllers], [c.kd for c in controllers]))
-    dq_now = np.zeros((B, 1, n))
-    for start in range(0, samples, NATIVE_CHUNK):
-        rows = slice(start, min(start + NATIVE_CHUNK, samples))
-        q_now = engine.q[:, None].copy()
-        q_after, dq_after = engine.roll_out(np.ascontiguousarray(log.v[:, rows]))
-        q, dq = (np.concatenate((x, y[:, :-1]), axis=1) for x, y in ((q_now, q_after), (dq_now, dq_after)))
-        log.v[:, rows] -= kp * q + kd * dq
-        log.q[:, rows] += q
-        dq_now = dq_after[:, -1:]
-        advanced(B * (rows.stop - rows.start) * controllers[0].period)
-    np.clip(log.v, -limits[:, None], limits[:, None], out=log.v)
-    for q, options in zip(log.q, sensors, strict=True):
-        if options.encoder_quantum:
-            rounded(q, np.full_like(q, options.encoder_quantum), q)
-    return log

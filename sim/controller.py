@@ -1,4 +1,4 @@
-"""A digital joint controller, tuned on its model of the arm; `sim.closed_loop` has its laws.
+"""A digital joint controller, tuned on its model of the arm, whose law is in `sim.closed_loop`.
 
     Kp = M w^2,   Kd = 2 zeta w M,   Ki = 2 pi f_i Kp,   w = 2 pi bandwidth
 
@@ -8,7 +8,7 @@ where M is the mean diagonal of the assumed inertia matrix, including rotors, al
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated
 
 import mujoco
 import numpy as np
@@ -22,7 +22,6 @@ from sim.plant import bare_arm
 from sim.robot import LARGEST
 from sim.trajectory import FourierTrajectory
 
-Law = Literal["filtered", "native"]
 TABLES_KEPT = 16
 """Number of cached tabulated motions; one of 20 s at 1 kHz takes 2 MB."""
 
@@ -38,9 +37,6 @@ class ControllerOptions:
         integral_hz: Corner of the integral action [Hz], 0 for none.
         velocity_cutoff_hz: First-order low-pass of the velocity estimate [Hz].
         feedforward: Share of the bare arm's inverse dynamics that is used as feedforward, 0 to 1.
-        law: `filtered` computes the speed from low-passed encoder readings; `native` is MuJoCo's own servo, which uses
-            the true speed of the joint: faster, but without integral action, varying model errors and encoder quantum
-            in the loop.
     """
 
     rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
@@ -49,13 +45,10 @@ class ControllerOptions:
     integral_hz: Annotated[float, Interval(ge=0.0, le=1e4), Unit("Hz")] = 0.0
     velocity_cutoff_hz: Annotated[float, Interval(gt=0.0, le=1e6), Unit("Hz")] = 150.0
     feedforward: Annotated[float, Interval(ge=0.0, le=10.0)] = 1.0
-    law: Law = "filtered"
 
     def __post_init__(self) -> None:
         """Check the values."""
         refuse_outside(self, PlantError, "controller")
-        if self.law not in get_args(Law):
-            raise PlantError(f"controller: law = {self.law!r}: expected one of {', '.join(get_args(Law))}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -197,7 +197,6 @@ class Engine:
             self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
             self._ddq, self._rubbing = (self._batch.bind(name)[:, own] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
-        self._fatal = [int(w) for w in DIVERGED]
 
     def advance(self) -> None:
         """Step every simulation by one control period."""
@@ -215,16 +214,6 @@ class Engine:
             self._time += self._period
         self._batch.step(nstep=self._substeps)
 
-    def roll_out(self, controls: Array) -> tuple[Array, Array]:
-        """Step every simulation once for each of its contiguous controls, shape (B, N, n), where nothing varies.
-
-        A simulation with a MuJoCo warning is not stepped further, and is reported as unstable. Returned are positions
-        [rad] and speeds [rad/s] of the driven joints after every step, each (B, N, n).
-        """
-        self._fatal = list(range(self._batch.warning.shape[1]))
-        after = self._batch.rollout(controls.shape[1], controls, record=("qpos", "qvel"))
-        return after["qpos"][:, :, self._own], after["qvel"][:, :, self._own]
-
     def warmth(self) -> Array:
         """Current temperature rise of the drives [K], shape (B, n); zero if nothing varies."""
         warmth = np.zeros_like(self.q)
@@ -234,4 +223,4 @@ class Engine:
 
     def unstable(self) -> np.ndarray:
         """Whether each simulation had a bad state and was reset or stopped, shape (B,)."""
-        return self._batch.warning[:, self._fatal, 1].any(axis=1)  # (last info, count)
+        return self._batch.warning[:, [int(w) for w in DIVERGED], 1].any(axis=1)  # (last info, count)

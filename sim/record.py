@@ -10,8 +10,8 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, check_native, closed_loop, no_progress, servo_loop, servo_model
-from sim.controller import Controller, Law, tuned
+from sim.closed_loop import Advanced, closed_loop, no_progress
+from sim.controller import Controller, tuned
 from sim.engine import Engine, Simulation, varied
 from sim.errors import PlantError, SimulationError
 from sim.experiment import (
@@ -149,9 +149,6 @@ def _prepared(
         models[key] = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
-    if experiment.controller.law == "native":
-        check_native(experiment, steps, noise)
-        model = servo_model(model, controller, plant.drives)
     acting = varied(plant, model, step=step, earlier=earlier, warmth=warmth)
     simulation = Simulation(model=model if acting is None else copy(model), start=start, varied=acting)
     return _Run(experiment, simulation, controller, steps, noise)
@@ -161,16 +158,15 @@ def _run_all(
     ready: Sequence[tuple[int, _Run]], threads: int, advanced: Advanced
 ) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
     """Run the prepared experiments, sharing batches where possible."""
-    groups: dict[tuple[int, float, int, Law, Layout], list[tuple[int, _Run]]] = defaultdict(list)
+    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, run in ready:
         samples, period = len(run.controller.reference), run.controller.period
-        law = run.experiment.controller.law
-        groups[samples, period, run.substeps, law, layout(run.experiment.plant)].append((i, run))
-    for (*_, steps, law, _), members in groups.items():
+        groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
+    for (_, _, steps, _), members in groups.items():
         runs = [run for _, run in members]
         with silenced():
             engine = Engine([run.simulation for run in runs], substeps=steps, threads=threads)
-            log = (servo_loop if law == "native" else closed_loop)(
+            log = closed_loop(
                 engine,
                 [run.controller for run in runs],
                 np.stack([run.experiment.plant.drives.current_limit for run in runs]),

@@ -73,11 +73,6 @@ def rounded(reading: Array, quantum: Array, out: Array) -> None:
     np.multiply(out, quantum, out)
 
 
-def drawn_noise(values: Encoder, streams: NoiseStreams, shape: tuple[int, int]) -> Array:
-    """Return the noise of a whole motion, equal to that of its single periods [rad], shape (N, n)."""
-    return values.encoder_noise * streams["encoder"].standard_normal(shape)
-
-
 def _drawn(std: Array, streams: Sequence[NoiseStreams]) -> Iterator[Array]:
     """Yield the noise of successive control periods [rad], shape (B, n), with these deviations (B, n)."""
     B, n = std.shape

@@ -1,6 +1,5 @@
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -8,12 +7,8 @@ from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, stream
 
 from sim.closed_loop import ControlPeriods
 from sim.controller import Controller, ControllerOptions, tuned
-from sim.effects import ModelErrors
 from sim.errors import PlantError
-from sim.experiment import Experiment
-from sim.plant import plant_model
 from sim.record import record
-from sim.sensors import SENSORS, SensorOptions
 from sim.trajectory import at_rest
 
 TUNING = ControllerOptions(
@@ -110,7 +105,6 @@ def test_impossible_tunings_and_beliefs_are_refused():
     for make, message in (
         (lambda: ControllerOptions(rate_hz=1e9), r"controller: rate_hz = 1e\+09: expected 1 to 100000 Hz"),
         (lambda: ControllerOptions(bandwidth_hz=0.0), r"bandwidth_hz = 0: expected more than 0 to 10000 Hz"),
-        (lambda: ControllerOptions(law="servo"), "controller: law = 'servo': expected one of filtered, native"),
         (lambda: ControllerOptions(feedforward=np.nan), r"feedforward = nan: expected a finite number"),
         (lambda: replace(BELIEF, gain=(1.0, 1.0)), "2 gains and 6 rotor inertias; expected one per joint"),
         (lambda: replace(BELIEF, gain=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0)), "has a zero; expected nonzero gains"),
@@ -119,93 +113,3 @@ def test_impossible_tunings_and_beliefs_are_refused():
     ):
         with pytest.raises(PlantError, match=message):
             make()
-
-
-WIRED = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
-NATIVE = ControllerOptions(law="native", bandwidth_hz=7.0, damping=0.6, velocity_cutoff_hz=90.0, feedforward=0.9)
-NOISE = 3e-5
-
-
-def native(**changes) -> Experiment:
-    """Drives wired both ways and with offsets, a controller that believes in other gains, noisy encoders."""
-    plant = nominal_plant(
-        gain=WIRED, amplifier_offset=np.array([0.8, -1.1, 0.4, 0.3, -0.2, 0.1]), coulomb_asymmetry=np.linspace(-1, 1, 6)
-    )
-    belief = replace(BELIEF, gain=tuple((1.1 * WIRED).tolist()))
-    run = experiment(
-        plant=plant, belief=belief, controller=NATIVE, sensors=SensorOptions(encoder_noise=NOISE), loaded=True,
-        trajectory=short_motion(0.6, 0.01),
-    )  # fmt: skip
-    return replace(run, **changes)
-
-
-def stepped(run: Experiment, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Readings before they are rounded, and currents: the law as `sim.closed_loop` writes it, in every step."""
-    controller = tuned(run.belief, run.trajectory, run.controller)
-    model, limit = plant_model(run.plant, loaded=run.loaded, step=run.step), run.plant.drives.current_limit
-    if run.plant.errors.wrist_coupling:  # Euler takes viscous friction of a coupled motor as it is when a step begins
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    data, N = mujoco.MjData(model), len(controller.reference)
-    data.qpos[:] = controller.q_ref[0]
-    e, speed = NOISE * streams(seed)[0]["encoder"].standard_normal((N, 6)), np.zeros(6)
-    q, v = np.empty((2, N, 6))
-    for k in range(N):
-        q[k] = data.qpos + e[k]
-        speed += controller.blend * ((e[k] - e[max(k - 1, 0)]) * run.controller.rate_hz - speed)
-        wanted = controller.reference[k] - controller.kp * q[k] - controller.kd * (data.qvel + speed)
-        v[k] = data.ctrl[:] = np.clip(wanted, -limit, limit)
-        mujoco.mj_step(model, data)
-    return q, v
-
-
-@pytest.mark.parametrize("errors", [{}, {"wrist_coupling": 1.0}])
-def test_the_native_law_is_what_its_docstring_says_saturation_included(errors):
-    run = native()
-    run = replace(run, plant=replace(run.plant, errors=ModelErrors(**errors)))
-    largest = np.abs(record([run], streams(4), threads=1)[0].v).max(axis=0)
-    for limit in (1.1 * largest, 0.97 * largest):
-        limited = replace(run, plant=replace(run.plant, drives=replace(run.plant.drives, current_limit=limit)))
-        (log,) = record([limited], streams(4), threads=1)
-        q, v = stepped(limited, 4)
-        assert (np.abs(v) == limit).any() == (limit < largest).all()
-        # Rounding, over 600 steps; friction at rest magnifies it, the position gain is some 3e3 drive units a radian.
-        np.testing.assert_allclose(log.q, q, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(log.v, v, rtol=0, atol=3e-6)
-
-
-def test_the_quantum_is_in_the_log_alone():
-    fine, coarse = (
-        record([native(sensors=SensorOptions(encoder_noise=NOISE, encoder_quantum=each))], streams(1), threads=1)[0]
-        for each in (0.0, 1e-4)
-    )
-    np.testing.assert_array_equal(coarse.v, fine.v)
-    np.testing.assert_array_equal(coarse.q, np.rint(fine.q / 1e-4) * 1e-4)
-
-
-def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
-    filtered = replace(NATIVE, law="filtered")
-    runs = [native(), native(controller=filtered), native(loaded=False), native(controller=replace(NATIVE, damping=1))]
-    other = replace(BELIEF, gain=tuple((1.4 * WIRED).tolist()))
-    runs.append(native(belief=other, controller=replace(filtered, bandwidth_hz=3.1, velocity_cutoff_hz=29.0)))
-    together = record(runs, streams(1, 2, 3, 4, 5), threads=1)
-    for i, run in enumerate(runs):
-        (alone,) = record([run], streams(i + 1), threads=1)
-        np.testing.assert_array_equal(together[i].q, alone.q)
-        np.testing.assert_array_equal(together[i].v, alone.v)
-
-
-def test_what_the_native_law_cannot_do_is_refused(monkeypatch):
-    cogging = nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))
-    for changes, message in (
-        (
-            {"controller": replace(NATIVE, integral_hz=0.5)},
-            r'^motion: controller\.law = "native" .* integral_hz = 0\.5; set it to 0, or .* = "filtered"$',
-        ),
-        ({"step": 5e-4}, r"one physics step per control period, but there are 2; set step = 0\.001, or use"),
-        ({"plant": cogging}, "cannot simulate a model error that acts in every control period, as cogging does; use"),
-    ):
-        with pytest.raises(PlantError, match=message):
-            record([native(**changes)], streams(0), threads=1)
-    monkeypatch.setattr(SENSORS["delay"], "reader", staticmethod(lambda *_: lambda reading: None))
-    with pytest.raises(PlantError, match="reads only the encoders, but delay changes what"):
-        record([native()], streams(0), threads=1)

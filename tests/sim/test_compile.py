@@ -126,30 +126,6 @@ def test_the_plant_takes_no_more_current_than_its_drives_give(current):
     assert np.abs(engine.q).min() > 0.0
 
 
-def test_many_steps_at_once_are_the_same_steps_one_by_one(rng):
-    models = [plant_model(nominal_plant(), loaded=loaded, step=1e-3) for loaded in (False, True)]
-    start, currents = rng.uniform(-0.5, 0.5, (2, 6)), rng.uniform(-80, 80, (2, 50, 6))
-    single, many = (Engine(simulations(models, start), substeps=1, threads=1) for _ in range(2))
-    q_after, dq_after = many.roll_out(currents)
-    for k in range(50):
-        before = single.q.copy()
-        single.current[:] = currents[:, k]
-        single.advance()
-        np.testing.assert_array_equal(q_after[:, k], single.q)
-        np.testing.assert_allclose(dq_after[:, k], (single.q - before) / 1e-3, rtol=0, atol=1e-11)
-
-
-def test_a_simulation_that_is_not_stepped_to_the_end_is_unstable_whatever_it_met(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
-    model = plant_model(nominal_plant(), loaded=False, step=1e-3)
-    engine = Engine(simulations([model, model], np.zeros((2, 6))), substeps=1, threads=1)
-    controls = np.zeros((2, 5, 6))
-    controls[1, 2, 3] = np.nan
-    q_after, _ = engine.roll_out(controls)
-    np.testing.assert_array_equal(engine.unstable(), [False, True])
-    np.testing.assert_array_equal(q_after[1, 3:], q_after[1, [2, 2]])
-
-
 def test_velocity_and_acceleration_are_the_derivatives():
     motion, h = short_motion(2.0), 1e-5
     t = np.linspace(0.1, 1.9, 50)

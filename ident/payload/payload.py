@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from ident.model.parameters import INERTIAL
 from ident.support.arrays import Array, Mask
 from ident.support.errors import PayloadError
 from ident.support.files import read_toml
-from ident.support.naming import nearest, one_line, shown
+from ident.support.naming import one_line
+from ident.support.options import Key, is_number, is_table, one_of, strict_table
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
@@ -25,7 +26,14 @@ that of a compact body of this mass, it is 0.85 m.
 Known = Literal["all", "com", "mass", "none"]
 """Used parameters of a payload: all, mass and centre of mass, only the mass, or none."""
 SHAPES = {"mass": (), "mass_std": (), "com": (3,), "com_std": (3,), "inertia": (6,), "inertia_std": (6,)}
-KEYS = (*SHAPES, "known")
+NUMBER = Key("a finite number", is_number)
+CENTRE = Key("three numbers [m]", lambda x: isinstance(x, list | tuple) and len(x) == 3 and all(map(is_number, x)))
+MOMENTS = Key(f"the keys {', '.join(INERTIA_KEYS)} [kg m^2]", is_table)
+KEYS = {
+    "mass": NUMBER, "mass_std": NUMBER, "com": CENTRE, "com_std": CENTRE, "inertia": MOMENTS, "inertia_std": MOMENTS,
+    "known": one_of(get_args(Known)),
+}  # fmt: skip
+"""Keys of a payload file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +73,7 @@ class Payload:
             raise PayloadError(f"payload: known = {self.known!r}; expected one of {', '.join(get_args(Known))}")
         widest = WIDE + WIDER * max(self.mass, 0.0) ** 0.5
         most = (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", self.mass * FARTHEST**2))
-        for name in KEYS[:-1]:
+        for name in SHAPES:
             value = getattr(self, name)
             if value is not None and not np.isfinite(value).all():
                 raise PayloadError(f"payload: {name} = {value} is not finite")
@@ -175,54 +183,25 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
     Omitted products of inertia (and their standard deviations) are 0. Raises `PayloadError` if a key is unknown or
     missing, or a type wrong, or as `Payload`.
     """
-    _check_keys(table, KEYS, "")
-    if "mass" not in table:
+    values = strict_table(table, KEYS, PayloadError, "payload")
+    if "mass" not in values:
         raise PayloadError(
             "payload: mass is missing; without it gains and payload are known up to a common factor only"
         )
-    values: dict[str, Any] = {}
-    for key, value in table.items():
-        quantity = key.removesuffix("_std")
-        if quantity not in table:
+    for key, value in values.items():
+        if (quantity := key.removesuffix("_std")) not in values:
             raise PayloadError(f"payload: {key} is given, but {quantity} is missing")
-        if quantity == "known":
-            if value not in get_args(Known):
-                raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
-            values[key] = value
-        elif quantity == "mass":
-            values[key] = _number(value, key)
-        elif quantity == "com":
-            if not isinstance(value, (list, tuple)) or len(value) != 3:
-                raise PayloadError(f"payload: {key} = {shown(value)}; expected three numbers [m]")
-            values[key] = tuple(_number(each, key) for each in value)
-        elif isinstance(value, Mapping):
-            _check_keys(value, INERTIA_KEYS, f"{key}.")
-            given = dict.fromkeys(INERTIA_KEYS[3:], 0.0) | dict(value)
+        if quantity == "inertia":
+            given = strict_table(value, dict.fromkeys(INERTIA_KEYS, NUMBER), PayloadError, f"payload: {key}")
             for name in INERTIA_KEYS[:3]:
                 if name not in given:
                     raise PayloadError(
                         f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
                     )
-            values[key] = tuple(_number(given[name], f"{key}.{name}") for name in INERTIA_KEYS)
-        else:
-            raise PayloadError(f"payload: {key} = {shown(value)}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
+            value = [given.get(name, 0.0) for name in INERTIA_KEYS]
+        if quantity != "known":
+            values[key] = float(value) if quantity == "mass" else tuple(map(float, value))
     return Payload(**values)
-
-
-def _check_keys(table: Mapping[str, object], known: Sequence[str], place: str) -> None:
-    for key in table:
-        if key not in known:
-            name = shown(key) if not place else f"{place}{one_line(key)}"
-            raise PayloadError(f"payload: unknown key {name}{nearest(str(key), known)}; expected {', '.join(known)}")
-
-
-def _number(value: object, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise PayloadError(f"payload: {name} = {shown(value)} is not a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise PayloadError(f"payload: {name} is too large a number") from None
 
 
 def payload_to_table(payload: Payload) -> dict[str, object]:

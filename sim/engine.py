@@ -67,7 +67,7 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
         for name in ("frictionloss", "damping", "armature")
     )
     turns = np.eye(len(constant), n)
-    for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
+    for row, coupling in zip(turns[n:], plant.robot.coupling, strict=False):  # no coupled motors, no rows
         row[[coupling.motor, coupling.turns_with]] = 1.0
     return Varied(
         errors=plant.errors,

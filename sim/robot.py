@@ -4,7 +4,6 @@ The definitions hold for any robot. Elements that an arm does not have (a spring
 absent, and a model error that needs one is refused by name. A file states every number with its origin and source.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -104,7 +103,7 @@ class DriveTruth:
     def __post_init__(self) -> None:
         """Check shapes and signs."""
         n = len(self.gain)
-        for name in (drive.name for drive in fields(DriveTruth)):
+        for name in (drive.name for drive in fields(self)):
             values = np.asarray(getattr(self, name), dtype=np.float64)
             signed = name in ("gain", "amplifier_offset", "coulomb_asymmetry")
             for wrong, said in (
@@ -164,80 +163,28 @@ class GravitySpring(Table):
     distance: Length
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Robot:
-    """An arm of n joints; arrays have shape (n,).
+class Robot(Table):
+    """A robot file: an arm of n joints and its drives; robots are compared by identity.
 
     Units are those of revolute joints; for prismatic joints N, m and kg replace N m, rad and kg m^2.
 
     Attributes:
-        model: Model file of the arm; bodies and joints from base to flange.
-        max_velocity: [rad/s].
-        max_acceleration: [rad/s^2].
-        home: Start position of the search for a motion [rad].
-        frames: Bodies, by the name of the distance in the model whose end they are.
-        flange: Last body of the arm, if the model file has more bodies; joints outside the chain to it are locked at
-            their initial positions. None if all joints belong to the arm.
-        rated_load: Largest payload mass [kg], None if not stated.
-
-    Raises:
-        PlantError: If arrays differ in length, or a joint does not exist.
-    """
-
-    name: str
-    model: Path
-    drives: DriveTruth
-    max_velocity: Array
-    max_acceleration: Array
-    home: Array
-    frames: Mapping[str, str]
-    couplings: tuple[Coupling, ...] = ()
-    gravity_spring: GravitySpring | None = None
-    flange: str | None = None
-    rated_load: float | None = None
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.drives.gain)
-
-    def __post_init__(self) -> None:
-        """Check that the parts match."""
-        n, faults = self.n, list[str]()
-        for name in ("max_velocity", "max_acceleration", "home"):
-            if len(values := getattr(self, name)) != n:
-                faults.append(f"{name}: {len(values)} values, but drives.gain has {n}; expected one per joint")
-        for motor, other in ((each.motor, each.turns_with) for each in self.couplings):
-            if not {motor, other} <= set(range(n)) or motor == other:
-                faults.append(f"coupling of motor {motor + 1} with joint {other + 1}: expected two of its {n} joints")
-        if len({each.motor for each in self.couplings}) < len(self.couplings):
-            faults.append("coupling: a motor is named twice; each can be coupled to one other joint only")
-        if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < n - 1:
-            faults.append(
-                f"gravity_spring acts on joint {self.gravity_spring.joint + 1}: expected one of its first {n - 1} "
-                "joints"
-            )
-        if faults:
-            raise PlantError(f"robot {self.name}: {faults[0]}")
-
-
-class RobotTable(Table):
-    """A robot file.
-
-    Attributes:
         name: Name of the robot.
         model: MJCF or URDF file, relative to this file.
-        flange: Last body of the arm, if the model has more bodies.
+        flange: Last body of the arm, if the model has more bodies; joints outside the chain to it are locked.
         home: Start pose [rad].
         drives: Nominal drives.
         coupling: Motors that turn with the sum of two joints.
         frames: Bodies, by the name of the distance in the model whose end they are.
         gravity_spring: A spring that supports an axis against gravity.
         rated_load: Largest payload mass [kg].
+
+    Raises:
+        PlantError: If arrays differ in length, or a joint does not exist.
     """
 
     name: Source
-    model: Source
+    model: Path
     flange: Source | None = None
     home: PerJoint
     drives: RatedDrives
@@ -246,6 +193,38 @@ class RobotTable(Table):
     gravity_spring: GravitySpring | None = None
     rated_load: Length | None = None
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether it is the same object: arrays have no hash."""
+        return self is other
+
+    def __hash__(self) -> int:
+        """Return that of the object."""
+        return id(self)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.drives.gain)
+
+    @model_validator(mode="after")
+    def _matching_parts(self) -> "Robot":
+        n, faults = self.n, list[str]()
+        if len(self.home) != n:
+            faults.append(f"home: {len(self.home)} values, but drives.gain has {n}; expected one per joint")
+        for motor, other in ((each.motor, each.turns_with) for each in self.coupling):
+            if not {motor, other} <= set(range(n)) or motor == other:
+                faults.append(f"coupling of motor {motor + 1} with joint {other + 1}: expected two of its {n} joints")
+        if len({each.motor for each in self.coupling}) < len(self.coupling):
+            faults.append("coupling: a motor is named twice; each can be coupled to one other joint only")
+        if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < n - 1:
+            faults.append(
+                f"gravity_spring acts on joint {self.gravity_spring.joint + 1}: expected one of its first {n - 1} "
+                "joints"
+            )
+        if faults:
+            raise PlantError(f"robot {self.name}: {faults[0]}")
+        return self
+
 
 def read_robot(path: Path) -> Robot:
     """Read a robot file, to which the path of its model is relative.
@@ -253,24 +232,12 @@ def read_robot(path: Path) -> Robot:
     Raises `PlantError` if it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
-        table = validated_table(RobotTable, read_toml(path, error=ValueError), str(path), ValueError)
-        robot = Robot(
-            name=table.name,
-            model=path.parent / table.model,
-            flange=table.flange,
-            drives=table.drives,
-            max_velocity=table.drives.max_velocity,
-            max_acceleration=table.drives.max_acceleration,
-            home=table.home,
-            frames=table.frames,
-            couplings=tuple(table.coupling),
-            gravity_spring=table.gravity_spring,
-            rated_load=table.rated_load,
-        )
+        stated = validated_table(Robot, read_toml(path, error=ValueError), str(path), ValueError)
     except ValueError as error:  # it names the path
         raise PlantError(f"robot file {error}") from error
     except PlantError as error:
         raise PlantError(f"robot file {path}: {error}") from error
-    if not robot.model.is_file():
-        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
-    return robot
+    model = path.parent / stated.model
+    if not model.is_file():
+        raise PlantError(f"robot file {path}: model = {str(stated.model)!r}: there is no file {model}")
+    return stated.model_copy(update={"model": model})

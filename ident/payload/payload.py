@@ -198,8 +198,8 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
                     raise PayloadError(
                         f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
                     )
-            value = [given.get(name, 0.0) for name in INERTIA_KEYS]
-        if quantity != "known":
+            values[key] = tuple(float(given.get(name, 0.0)) for name in INERTIA_KEYS)
+        elif quantity != "known":
             values[key] = float(value) if quantity == "mass" else tuple(map(float, value))
     return Payload(**values)
 

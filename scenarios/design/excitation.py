@@ -79,8 +79,8 @@ class Limits:
         return cls(
             lower=np.where(endless, robot.home - HALF_TURN, arm.lower),
             upper=np.where(endless, robot.home + HALF_TURN, arm.upper),
-            velocity=robot.max_velocity,
-            acceleration=robot.max_acceleration,
+            velocity=robot.drives.max_velocity,
+            acceleration=robot.drives.max_acceleration,
             torque=drives.current_limit * np.abs(drives.gain),
         )
 

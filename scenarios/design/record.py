@@ -144,7 +144,7 @@ class Recorded(ResultModel):
         robot, arm = setup.plant.robot, setup.structure.arm
         lowest, highest = motion.q.min(axis=0), motion.q.max(axis=0)
         speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
-        used = speed / robot.max_velocity, acceleration / robot.max_acceleration
+        used = speed / robot.drives.max_velocity, acceleration / robot.drives.max_acceleration
         columns = (motion.q[0], lowest, highest, speed, used[0], acceleration, used[1])
         names = [name for name in RecordedJoint.model_fields if name not in ("joint", "name")]
         joints = [

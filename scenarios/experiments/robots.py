@@ -305,5 +305,5 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
     named = robot(word)
     if flange is not None:
         raise ScenarioError(f"--flange: for model files only; {shown(word)} states its own last body, so remove it")
-    own = tuple((each.turns_with, each.motor) for each in named.couplings)
+    own = tuple((each.turns_with, each.motor) for each in named.coupling)
     return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

@@ -22,7 +22,7 @@ FILES = {
     "scenario": "scenarios.experiments.schema:ScenarioTable",
     "payload": "scenarios.results.json_schemas:PayloadFile",
     "motion": "scenarios.experiments.motions:MotionFile",
-    "robot": "sim.robot:RobotTable",
+    "robot": "sim.robot:Robot",
     "gains": "scenarios.results.gains_file:GainsFile",
 }
 """Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""

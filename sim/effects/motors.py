@@ -148,7 +148,7 @@ class Temperature(Effect):
             values, "gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature"
         )
         heat = warming / np.where(limit > 0.0, limit, np.inf) ** 2  # (B, n) K per squared current
-        rubbing = np.stack([[*range(b.robot.n), *(c.motor for c in b.robot.couplings)] for b in builds])  # (B, n + c)
+        rubbing = np.stack([[*range(b.robot.n), *(c.motor for c in b.robot.coupling)] for b in builds])  # (B, n + c)
 
         def add(step: ControlStep) -> None:
             step.torque[:] += by_gain * step.warmth * gain * (step.v - offset)

@@ -54,7 +54,7 @@ class WristCoupling(Effect):
         share = self.wrist_coupling
         if not share:
             return
-        if not robot.couplings:
+        if not robot.coupling:
             raise PlantError(f"errors: wrist_coupling = {share:g}: {robot.name} has no coupling; leave it at 0")
         for (name, left), unit in zip(
             own_parts(share, robot, drives).items(), ("kg m^2", "N m s/rad", "N m"), strict=True
@@ -71,7 +71,7 @@ class WristCoupling(Effect):
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         share = self.wrist_coupling
-        for coupling in build.robot.couplings if share else ():
+        for coupling in build.robot.coupling if share else ():
             tendon = spec.add_tendon(name=f"{spec.joints[coupling.motor].name}{COUPLING}")
             tendon.armature = share * build.drives.rotor_inertia[coupling.motor]
             tendon.damping[0] = share * coupling.viscous_friction
@@ -93,7 +93,7 @@ def own_parts(share: float, robot: Robot, drives: DriveTruth) -> dict[str, Array
         name: np.array(getattr(drives, name), dtype=np.float64)
         for name in ("rotor_inertia", "viscous_friction", "coulomb_friction")
     }
-    for coupling in robot.couplings:
+    for coupling in robot.coupling:
         pair = [coupling.turns_with, coupling.motor]
         own["rotor_inertia"][pair] -= share * float(drives.rotor_inertia[coupling.motor])
         own["viscous_friction"][pair] -= share * coupling.viscous_friction
@@ -164,7 +164,7 @@ class JointElasticity(Effect):
         # Motors beside the arm are separate islands; solving them together with the arm changes the last digits.
         spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
         links = [joint.name for joint in spec.joints]
-        pairs = [(coupling.motor, coupling.turns_with) for coupling in build.robot.couplings]
+        pairs = [(coupling.motor, coupling.turns_with) for coupling in build.robot.coupling]
         motors: list[mujoco.MjsBody] = []
         for j, link in enumerate(links):
             # MuJoCo's inertia matrix has entries only within one branch, but a coupling needs one between its motors.

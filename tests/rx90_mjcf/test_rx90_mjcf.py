@@ -118,7 +118,7 @@ def test_the_published_numbers_are_those_of_their_sources():
     robot = read_robot(rx90_mjcf.ROBOT)
     assert robot.model == rx90_mjcf.MJCF
     np.testing.assert_array_equal(robot.drives.gain[:4], [0.9401, 0.9619, 1.1148, 0.9146])  # table 3, case 1
-    degrees = np.rad2deg(robot.max_velocity)
+    degrees = np.rad2deg(robot.drives.max_velocity)
     np.testing.assert_allclose(
         degrees, [236, 200, 286, 401, 320, 580], rtol=0, atol=0.06
     )  # 10.122 for 580 deg/s, digits printed
@@ -130,7 +130,7 @@ def test_the_published_numbers_are_those_of_their_sources():
 
 def test_motor_6_turns_with_axis_5_and_d3_and_r4_lead_to_links_3_and_4(model):
     robot = read_robot(rx90_mjcf.ROBOT)
-    ((motor, turns_with),) = [(c.motor, c.turns_with) for c in robot.couplings]
+    ((motor, turns_with),) = [(c.motor, c.turns_with) for c in robot.coupling]
     assert (model.joint(motor).name, model.joint(turns_with).name) == ("joint6", "joint5")
     for frame, length in (("d3", 0.45), ("r4", 0.45)):
         np.testing.assert_allclose(np.linalg.norm(model.body(robot.frames[frame]).pos), length, rtol=1e-15)  # one root

@@ -173,12 +173,14 @@ def test_a_model_file_that_has_changed_is_read_again(tmp_path):
 
     drawn(1.0, 10**18)
     plain = motion_of(loaded=False)
-    plant = replace(plain.plant, robot=replace(RX90, model=model))
+    plant = replace(plain.plant, robot=RX90.model_copy(update={"model": model}))
     motion = replace(plain, plant=plant, belief=replace(BELIEF, mjcf=model))
     before, table = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
     drawn(1.7, 10**18 + 3)
     after, later = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
-    new = replace(motion, plant=replace(plant, robot=replace(RX90, model=model)))  # nothing is kept of this robot
+    new = replace(
+        motion, plant=replace(plant, robot=RX90.model_copy(update={"model": model}))
+    )  # nothing is kept of this robot
     np.testing.assert_array_equal(after, feedforward_currents(new, RATE))
     assert np.abs(after - before).max() > 1.0
     assert np.abs(later.reference - table.reference).max() > 1.0

@@ -70,7 +70,7 @@ def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path):
 def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_path):
     robot = read_robot(robot_folder(tmp_path, 4, extra=f'[frames]\nd3 = "part3"\n{COUPLING}{SPRING}'))
     assert robot.frames == {"d3": "part3"}
-    (coupling,), spring = robot.couplings, robot.gravity_spring
+    (coupling,), spring = robot.coupling, robot.gravity_spring
     motor = {"motor": 2, "turns_with": 0, "viscous_friction": 0.7, "coulomb_friction": 0.4}
     assert dict(coupling) == motor
     assert dict(spring) == {"joint": 1, "stiffness": 500.0, "prestress": 100.0, "radius": 0.05, "distance": 0.2}
@@ -143,7 +143,10 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text.replace('origin = "assumed"', 'orign = "assumed"', 1), r"unknown key home\.orign; did you mean 'origin'"),
         (text.replace('source = "invented"', 'source = ""', 1), r"home\.source"),
         (text.replace('"assumed"', '["assumed", "measured"]', 1), "2 origins for 3 values"),
-        (text.replace("value = [3.0, 3.3, ", "value = [3.3, "), "max_velocity: 2 values"),
+        (
+            text.replace("value = [3.0, 3.3, ", "value = [3.3, "),
+            r"max_velocity \[3\.3, 3\.6\]: expected 3 fin",
+        ),
         (text.replace("value = [0.8, ", "value = [0.0, "), "gain .* has a zero"),
         (text.replace("value = [3.1, ", "value = [-3.1, "), "has a negative value"),
         (text.replace("arm.xml", "leg.xml"), "model = 'leg.xml': there is no file"),
@@ -172,8 +175,8 @@ def test_what_is_read_is_what_the_file_says(tmp_path):
     stated = drives(5)
     for field in fields(DriveTruth):
         np.testing.assert_array_equal(getattr(robot.drives, field.name), stated[field.name])
-    np.testing.assert_array_equal(robot.max_velocity, stated["max_velocity"])
-    np.testing.assert_array_equal(robot.max_acceleration, stated["max_acceleration"])
+    np.testing.assert_array_equal(robot.drives.max_velocity, stated["max_velocity"])
+    np.testing.assert_array_equal(robot.drives.max_acceleration, stated["max_acceleration"])
     np.testing.assert_array_equal(robot.home, 0.3 - 0.07 * np.arange(5))
     with pytest.raises(ValueError, match="read-only"):
         robot.home[0] = 1.0

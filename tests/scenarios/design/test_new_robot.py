@@ -107,7 +107,7 @@ def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_it
     robot = read_robot(tmp_path / "mine/robot.toml")
     assert (robot.name, robot.flange) == ("lift arm", "tool0")
     np.testing.assert_allclose(robot.drives.current_limit, [120.0, 90.0, 60.0], rtol=1e-12)
-    np.testing.assert_allclose(robot.max_velocity, [2.5, 2.5, 0.5], rtol=1e-12)
+    np.testing.assert_allclose(robot.drives.max_velocity, [2.5, 2.5, 0.5], rtol=1e-12)
     text = (tmp_path / "mine/robot.toml").read_text()
     assert "# Joints: 1 shoulder, 2 elbow, 3 wrist" in text
     assert "N m (N)" in text

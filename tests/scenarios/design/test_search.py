@@ -108,7 +108,7 @@ def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(design, monkey
 
 
 def test_a_joint_without_limits_is_kept_within_half_a_turn_of_home_either_way(design, tmp_path):
-    robot = replace(read_robot(robot_folder(tmp_path, 3)), home=np.array([0.3, 0.7, -0.2]))
+    robot = read_robot(robot_folder(tmp_path, 3)).model_copy(update={"home": np.array([0.3, 0.7, -0.2])})
     ranged = '<joint name="axis2" axis="0 1 0" range="-2.9 2.9"/>'
     robot.model.write_text(robot.model.read_text().replace(ranged, '<joint name="axis2" axis="0 1 0"/>'))
     found = Limits.of(Plant(robot=robot, drives=robot.drives, payload=design.plant.payload))

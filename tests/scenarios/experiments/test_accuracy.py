@@ -65,8 +65,8 @@ def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     motion = rows.motion
     assert max(each.max() for each in design.excess(rows)) <= EXCESS
     robot = experiment.plant.robot
-    assert (np.abs(motion[1]) < robot.max_velocity).all()
-    assert (np.abs(motion[2]) < robot.max_acceleration).all()
+    assert (np.abs(motion[1]) < robot.drives.max_velocity).all()
+    assert (np.abs(motion[2]) < robot.drives.max_acceleration).all()
     assert Clearance(experiment.plant, 0.05)(motion[0]).min() > 0.029
 
 

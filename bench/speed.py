@@ -23,7 +23,7 @@ from scenarios.experiments.scenario import load_scenario, setup_of, with_method
 from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.prediction.budget import predicted_budget
 from sim.effects import ModelErrors
-from sim.engine import Engine, Simulation, varied
+from sim.engine import Engine, Simulation, acting, varies
 from sim.plant import Plant, plant_model, resting
 from sim.record import record
 from sim.sensors import noise_streams
@@ -204,8 +204,8 @@ def engine_with(errors: ModelErrors, simulations: int) -> Engine:
     entries: list[Simulation] = []
     for _ in range(simulations):
         model = plant_model(plant, loaded=True, step=1e-3)
-        acting = varied(plant, model, step=1e-3, earlier=0)
-        entries.append(Simulation(model=model, start=resting(plant, model, first.trajectory.center), varied=acting))
+        acts = acting(plant, model, step=1e-3, earlier=0) if varies(errors) else None
+        entries.append(Simulation(model=model, start=resting(plant, model, first.trajectory.center), varied=acts))
     return Engine(entries, substeps=1, threads=1)
 
 

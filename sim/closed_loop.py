@@ -12,7 +12,6 @@ motion (`sim.controller`) and called reference.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,13 +31,6 @@ def no_progress(seconds: float) -> None:
     """Callback that does nothing."""
 
 
-class LoopLog(NamedTuple):
-    """Every control period of B simulations: encoder readings [rad], current references [drive units], (B, N, n)."""
-
-    q: Array
-    v: Array
-
-
 def closed_loop(
     engine: Engine,
     controllers: Sequence[Controller],
@@ -47,13 +39,14 @@ def closed_loop(
     streams: Sequence[NoiseStreams],
     *,
     advanced: Advanced = no_progress,
-) -> LoopLog:
+) -> tuple[Array, Array]:
     """Run B simulations, at rest at the start of their motions, to the end.
 
-    Controllers are of equal length and period; limits of the currents [drive units] have the shape (B, n).
+    Controllers are of equal length and period; limits of the currents [drive units] have the shape (B, n). Returned are
+    encoder readings [rad] and current references [drive units] of every control period, each (B, N, n).
     """
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
-    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
+    q_log, v_log = np.empty((2, B, samples, n))
     made = [sensor.reader(sensors, streams, n) for sensor in SENSORS.values()]
     readers = [reader for reader in made if reader is not None]
     periods = ControlPeriods(controllers, min(CHUNK, samples))
@@ -75,11 +68,10 @@ def closed_loop(
             current[...] = periods.command(k)
             engine.advance()
         periods.go_on()
-        log.q[:, rows] = periods.reading[:length].transpose(1, 0, 2)
-        log.v[:, rows] = periods.v[:length].transpose(1, 0, 2)
+        q_log[:, rows] = periods.reading[:length].transpose(1, 0, 2)
+        v_log[:, rows] = periods.v[:length].transpose(1, 0, 2)
         advanced(B * length * controllers[0].period)
-    np.clip(log.v, -limits[:, None], limits[:, None], out=log.v)
-    return log
+    return q_log, np.clip(v_log, -limits[:, None], limits[:, None], out=v_log)
 
 
 class ControlPeriods:

@@ -73,14 +73,12 @@ class ControllerBelief:
                 f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected "
                 "one per joint"
             )
-        if not all(self.gain):
-            raise PlantError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")
-        if not all(abs(gain) <= LARGEST for gain in self.gain) or not all(
-            0 <= x <= LARGEST for x in self.rotor_inertia
+        if not all(0.0 < abs(gain) <= LARGEST for gain in self.gain) or not all(
+            0.0 <= x <= LARGEST for x in self.rotor_inertia
         ):
             raise PlantError(
                 f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite "
-                f"numbers up to {LARGEST:g}, rotors not negative"
+                f"numbers up to {LARGEST:g}, gains not zero, rotors not negative"
             )
 
 

@@ -46,21 +46,16 @@ class Varied:
     warmth: Array
 
 
-def varied(
-    plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None
-) -> Varied | None:
-    """Return the effects that act on a compiled plant in every control period, None if there are none.
-
-    Arguments are as for the compilation; `warmth` is the temperature rise of the drives at the start [K], shape (n,),
-    None for cold ones.
-    """
-    if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
-        return None
-    return acting(plant, model, step=step, earlier=earlier, warmth=warmth)
+def varies(errors: ModelErrors) -> bool:
+    """Return whether any effect acts in every control period."""
+    return any(effect.varies(errors) for effect in EFFECTS.values())
 
 
 def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
-    """Return the effects in a control period, constant friction if nothing varies; arguments as `varied`."""
+    """Return the effects in a control period of a compiled plant, constant friction if nothing varies.
+
+    Arguments are as for the compilation; `warmth` is the temperature rise of the drives at the start [K], (n,).
+    """
     coupled, n = coupling_tendons(model), plant.robot.n
     constant, damping, inertia = (
         np.concatenate((getattr(model, f"dof_{name}")[driven_joints(model)], getattr(model, f"tendon_{name}")[coupled]))
@@ -98,7 +93,11 @@ class Varying:
         )
         self._drives = drives_of(builds)
         self._period = period
-        self._written = [_friction_fields(model) for model in models]
+        self._written: list[tuple[tuple[Array, Array], tuple[Array, Array]]] = []  # of joints (n,) and couplings (c,)
+        for model in models:
+            driven, coupled = driven_joints(model), coupling_tendons(model)
+            dry = model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]
+            self._written.append((dry, (model.dof_damping[driven], model.tendon_damping[coupled])))
         self._before: ControlStep | None = None
 
     def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
@@ -138,15 +137,6 @@ class Varying:
         spun = self._inertia * (self._turns @ ddq[:, :, None])[:, :, 0] + before.damping * before.speed
         motors = own["gain"] * (before.v - own["amplifier_offset"]) - own["coulomb_asymmetry"] + before.torque + rubbing
         return motors - (self._turns.transpose(0, 2, 1) @ spun[:, :, None])[:, :, 0]
-
-
-def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Return views of a model's dry and viscous friction, each for driven joints (n,) and coupled motors (c,)."""
-    driven, coupled = driven_joints(model), coupling_tendons(model)
-    return (
-        (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),
-        (model.dof_damping[driven], model.tendon_damping[coupled]),
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -26,7 +26,7 @@ from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
 from sim.effects.transmissions import coupling_tendons, own_stiffness
-from sim.engine import Varied, acting
+from sim.engine import Varied, acting, varies
 from sim.errors import SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import (
     SATURATED_TOO_LONG,
@@ -192,7 +192,7 @@ def _settled(
     errors, drives, states = acts.errors, acts.build.drives, states_of(motion, rate_hz)
     rigid = _torque_along(frictionless, motion, rate_hz)
     v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
-    steady = not any(effect.varies(errors) for effect in EFFECTS.values())  # nothing then depends on the current
+    steady = not varies(errors)  # nothing then depends on the current
     warms = Temperature.varies(errors)
 
     def warmed(v: Array) -> Array:

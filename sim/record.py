@@ -4,6 +4,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
+from operator import itemgetter
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,7 +14,7 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from sim.closed_loop import Advanced, closed_loop, no_progress
 from sim.controller import Controller, tuned
-from sim.engine import Engine, Simulation, varied
+from sim.engine import Engine, Simulation, acting, varies
 from sim.errors import PlantError, SimulationError
 from sim.experiment import (
     Experiment,
@@ -43,10 +45,8 @@ def record(
     simulated time, without warm-ups. Raises `SimulationError` if a run could not be built, diverged, saturated or
     reached a limit (the first one).
     """
-    found = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
     recordings = list[Recording]()
-    for i in sorted(found):
-        outcome = found[i]
+    for _, outcome in sorted(each_record(experiments, streams, threads=threads, advanced=advanced), key=itemgetter(0)):
         if isinstance(outcome, SimulationError):
             raise outcome
         recordings.append(outcome)
@@ -125,8 +125,7 @@ class _Run:
     noise: NoiseStreams
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Done:
+class _Done(NamedTuple):
     """Result of a successful run: readings, currents and temperature rise of the drives."""
 
     q: Array
@@ -149,8 +148,10 @@ def _prepared(
         models[key] = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
-    acting = varied(plant, model, step=step, earlier=earlier, warmth=warmth)
-    simulation = Simulation(model=model if acting is None else copy(model), start=start, varied=acting)
+    simulation = Simulation(model=model, start=start)
+    if varies(plant.errors):
+        acts = acting(plant, model, step=step, earlier=earlier, warmth=warmth)
+        simulation = Simulation(model=copy(model), start=start, varied=acts)
     return _Run(experiment, simulation, controller, steps, noise)
 
 
@@ -166,7 +167,7 @@ def _run_all(
         runs = [run for _, run in members]
         with silenced():
             engine = Engine([run.simulation for run in runs], substeps=steps, threads=threads)
-            log = closed_loop(
+            found = closed_loop(
                 engine,
                 [run.controller for run in runs],
                 np.stack([run.experiment.plant.drives.current_limit for run in runs]),
@@ -174,7 +175,6 @@ def _run_all(
                 [run.noise for run in runs],
                 advanced=advanced,
             )
-        rows = zip(members, log.q, log.v, engine.warmth(), engine.unstable(), strict=True)
-        for (i, run), q, v, warmth, unstable in rows:
-            found = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable))
-            yield i, run, found or _Done(q=q, v=v, warmth=warmth)
+        for (i, run), q, v, warmth, unstable in zip(members, *found, engine.warmth(), engine.unstable(), strict=True):
+            failed = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable))
+            yield i, run, failed or _Done(q, v, warmth)

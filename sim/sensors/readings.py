@@ -47,15 +47,14 @@ class Encoder(Sensor):
             return None
         noise = _drawn(std, streams)
         quantised = quantum > 0.0
-        quantum, scratch = np.where(quantised, quantum, 1.0), np.empty_like(quantum)
-        some, every = bool(quantised.any()), bool(quantised.all())
+        quantum, scratch, some = np.where(quantised, quantum, 1.0), np.empty_like(quantum), bool(quantised.any())
 
         def read(reading: Array) -> None:
             np.add(reading, next(noise), reading)
-            if every:
-                rounded(reading, quantum, reading)
-            elif some:
-                rounded(reading, quantum, scratch)
+            if some:
+                np.divide(reading, quantum, scratch)
+                np.rint(scratch, scratch)
+                np.multiply(scratch, quantum, scratch)
                 np.copyto(reading, scratch, where=quantised)
 
         return read
@@ -64,13 +63,6 @@ class Encoder(Sensor):
         """Noise of the readings only: the motion that it causes through the currents is in the log."""
         size = np.hypot(self.encoder_noise, self.encoder_quantum / np.sqrt(12.0))
         return [Noise(stream="encoder", q=np.full(1, size), v=np.zeros(1))] if size else []
-
-
-def rounded(reading: Array, quantum: Array, out: Array) -> None:
-    """Round readings to the nearest multiple of a quantum, into `out`, which may be the readings; shapes are equal."""
-    np.divide(reading, quantum, out)
-    np.rint(out, out)
-    np.multiply(out, quantum, out)
 
 
 def _drawn(std: Array, streams: Sequence[NoiseStreams]) -> Iterator[Array]:

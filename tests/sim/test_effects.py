@@ -11,7 +11,7 @@ from plants import RX90, experiment, nominal_plant, streams, try_record
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.motors import gain_at
 from sim.effects.transmissions import FASTEST_MODE
-from sim.engine import Engine, Simulation, Varying, varied
+from sim.engine import Engine, Simulation, Varying, acting, varies
 from sim.errors import PlantError
 from sim.plant import Plant, plant_model, resting
 
@@ -27,8 +27,8 @@ TURNS = np.vstack((np.eye(6), [0, 0, 0, 0, 1, 1]))
 def simulation_of(plant: Plant, *, step: float, earlier: int = 0) -> Simulation:
     """A loaded plant at rest at `Q`, with what varies of it."""
     model = plant_model(plant, loaded=True, step=step, earlier=earlier)
-    acting = varied(plant, model, step=step, earlier=earlier)
-    return Simulation(model=model, start=resting(plant, model, Q), varied=acting)
+    acts = acting(plant, model, step=step, earlier=earlier) if varies(plant.errors) else None
+    return Simulation(model=model, start=resting(plant, model, Q), varied=acts)
 
 
 STEP = 1e-3

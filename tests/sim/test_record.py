@@ -10,7 +10,7 @@ from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_mot
 from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
-from sim.engine import varied
+from sim.engine import acting
 from sim.errors import LIMIT_REACHED, SATURATED, PlantError, SimulationError, TrajectoryError
 from sim.experiment import SATURATED_TOO_LONG, fault
 from sim.feedforward_currents import check_torque_limits
@@ -127,9 +127,9 @@ def seen_warmth(experiments, monkeypatch) -> tuple[list, list[np.ndarray]]:
 
     def watched(*args, warmth=None, **rest):
         starts.append(np.zeros(6) if warmth is None else warmth.copy())
-        return varied(*args, warmth=warmth, **rest)
+        return acting(*args, warmth=warmth, **rest)
 
-    monkeypatch.setattr("sim.record.varied", watched)
+    monkeypatch.setattr("sim.record.acting", watched)
     return record(experiments, streams(*range(len(experiments))), threads=1), starts
 
 

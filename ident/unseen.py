@@ -196,10 +196,8 @@ def unseen_motion(
     """Check and observe a motion in the same way as those used for the gains.
 
     The bare ones of the motions `seen` in the fit help to test this one; `observing` has the delay that was corrected.
-
-    Raises:
-        PayloadError: If mass or centre of its payload is unknown.
-        IdentificationError: If it was used in the fit, or has a fault.
+    Raises `PayloadError` if mass or centre of its payload is unknown, `IdentificationError` if it was used in the fit
+    or has a fault.
     """
     name = log.recording.name
     if log.payload is not None and log.payload.known not in ("all", "com"):
@@ -302,11 +300,10 @@ def _verdict(system: Columns, found: Array, other: Array, joints: Sequence[int])
 
 
 def _largest(system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
-    """Return the limit of a joint's relative prediction error.
+    """Return the limit of a joint's relative prediction error, at most `LARGE_RESIDUAL`, as for a model file.
 
     It is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the standard
-    deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is at most
-    `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
+    deviations of arm, payload and gain (the latter only through the payload's torque) on these currents.
     """
     known, at = (unseen.log.payload or UNKNOWN).known_part(), np.flatnonzero(system.joint == j)
     V, W, W_L = system.V[at], system.W[at], system.carried[at]

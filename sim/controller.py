@@ -106,10 +106,9 @@ class Controller:
 
 
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
-    """Tune a controller on the inertia of its model of the bare arm along a reference motion.
+    """Tune a controller on the inertia of its model of the bare arm along a reference motion; the tables are read-only.
 
-    A motion that several batches share (the same object) is tabulated once; the tables are read-only. Raises
-    `PlantError` if the model of the arm cannot be compiled or does not match.
+    A motion that several batches share (the same object) is tabulated once.
     """
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 

@@ -103,8 +103,8 @@ class Varying:
     def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
         """Write the friction of a control period, and return the additional torque [N m], shape (B, n).
 
-        Time, positions, speeds and currents are those at the start of the period, as in `ControlStep`; accelerations
-        and torques of dry friction (rubbing) are those of the last physics step, shape (B, n).
+        The arguments are those of `ControlStep`; accelerations and torques of dry friction (rubbing) are of the last
+        physics step.
         """
         step = ControlStep(
             t=t,
@@ -163,10 +163,7 @@ class Engine:
     """
 
     def __init__(self, simulations: Sequence[Simulation], *, substeps: int, threads: int) -> None:
-        """Put every simulation at rest at its start; one with varying effects has its own model.
-
-        An `advance` has `substeps` physics steps. Results do not depend on the threads.
-        """
+        """Put every simulation at rest at its start; an `advance` has `substeps` physics steps."""
         self._models = [s.model for s in simulations]
         self._batch = Batch(self._models[0], len(self._models), nthread=threads)
         self._batch.set_models(self._models)

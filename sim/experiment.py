@@ -56,10 +56,7 @@ class Experiment:
 
 
 def substeps(experiment: Experiment) -> int:
-    """Return the number of physics steps per control period, and check the size of the experiment.
-
-    Raises `PlantError` if the step does not divide the period, or the motion has too many steps or samples.
-    """
+    """Return the number of physics steps per control period; raises `PlantError` if it is not whole."""
     rate, step, duration = experiment.controller.rate_hz, experiment.step, experiment.trajectory.duration
     name, n = experiment.name, experiment.plant.robot.n
     if not step > 0.0:
@@ -96,10 +93,7 @@ def warming_motion(experiment: Experiment) -> Experiment:
 
 
 def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
-    """Return the temperature rise of cold drives after a share of a warm-up that repeats a motion [K], shape (n,).
-
-    `v` are the currents of the motion [drive units], shape (N, n).
-    """
+    """Return the temperature rise of cold drives after a share of a warm-up that repeats currents v [K], (n,)."""
     load = np.mean((v / experiment.plant.drives.current_limit) ** 2, axis=0)
     return warmed(experiment.plant.errors, np.zeros(v.shape[1]), load, share * experiment.warm_up)
 
@@ -109,8 +103,7 @@ def warmth_before(
 ) -> Array | SimulationError | None:
     """Return the temperature rise at the start of motion i [K], shape (n,); None if cold or without effect.
 
-    Experiments are in order of time for each robot; `ended` has the final rise of the earlier ones, or their
-    errors. Raises `PlantError` if the preceding motion is missing.
+    `ended` has the final rise of the earlier motions, or their errors; raises `PlantError` without the preceding one.
     """
     experiment = experiments[i]
     if not is_carried(experiment) or not experiment.earlier:
@@ -127,10 +120,7 @@ def warmth_before(
 
 
 def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable: bool) -> SimulationError | None:
-    """Return the fault of a run as an error: divergence, a drive at its limit, a joint outside its range; or None.
-
-    Readings [rad] and current references [drive units] have the shape (N, n); `unstable` if MuJoCo met a bad state.
-    """
+    """Return the fault of a run as an error: divergence, a drive at its limit, a joint outside its range; or None."""
     if unstable or not np.isfinite(q).all():
         return TrajectoryError(
             f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant",
@@ -166,10 +156,7 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
 
 
 def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
-    """Return the first drive, from 0, that needs its largest current for `SATURATED_TOO_LONG`, and since when [s].
-
-    Currents have the shape (N, n), the largest ones (n,) [drive units]; None if there is none.
-    """
+    """Return the first drive, from 0, at its limit (n,) for `SATURATED_TOO_LONG`, and since when [s], or None."""
     run = max(1, round(SATURATED_TOO_LONG * rate_hz))
     held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one
     np.cumsum(np.abs(v) >= limit, axis=0, out=held[1:])

@@ -82,9 +82,8 @@ class _Frictionless:
 def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
     """Return the currents that the motions of experiments need [drive units], each (N, n), at the times of `states_of`.
 
-    Experiments are in order of time for each robot, as for `sim.record.record`; controller and sensors are ignored.
-    Raises `PlantError` if a plant cannot be compiled, a motion passes through backlash, friction is not below the
-    torque of a drive, or drives warm up and the preceding motion is missing.
+    Experiments are as for `sim.record.record`, controller and sensors are ignored. Raises `PlantError` if a plant
+    cannot be compiled, a motion passes through backlash, or friction is not below the torque of a drive.
     """
     found, ended = list[Array](), dict[int, Array | SimulationError]()
     for i, experiment in enumerate(experiments):
@@ -102,10 +101,7 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
 
 
 def check_torque_limits(experiments: Sequence[Experiment]) -> None:
-    """Check that no drive of an arm without model errors is at its current limit for too long.
-
-    Raises `TrajectoryError` if a drive is, `PlantError` if a plant cannot be compiled.
-    """
+    """Refuse motions that keep a drive of an arm without model errors at its limit for too long."""
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
     for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
         drives, robot = e.plant.drives, e.plant.robot
@@ -135,10 +131,7 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
 
 @silenced()
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
-    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times.
-
-    Links behind a transmission are separate from their motors.
-    """
+    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
     model, motion = _rubbing_of(experiment)[0].model, experiment.trajectory
     n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
     own, links = driven_joints(model), arm_joints(model)

@@ -35,10 +35,7 @@ PACKAGE, FILE = "package://", "file://"
 
 @contextmanager
 def silenced() -> Generator[None]:
-    """Suppress MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`, from all threads; also a decorator.
-
-    Its messages become errors of this package.
-    """
+    """Suppress MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`: they become our errors; also a decorator."""
     before, config = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     config.logto_console = config.logto_file = False
     config.set()
@@ -51,9 +48,8 @@ def silenced() -> Generator[None]:
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
     """Return the arm of a model file with its shapes, without contacts; joints beside the chain to a flange are locked.
 
-    Raises:
-        ValueError: If MuJoCo cannot read it.
-        PlantError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
+    Raises `ValueError` if MuJoCo cannot read it, `PlantError` if it is not an arm, or the mesh of an inertia is
+    missing.
     """
     return _drawn(path, flange, file_stamp(path))[0].copy()
 
@@ -64,10 +60,7 @@ def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
 
 
 def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
-    """Return a copy of the arm without visual elements, or with them if inertia is computed from shapes.
-
-    Raises `ValueError` if MuJoCo cannot read it, `PlantError` if the model is not an arm.
-    """
+    """Return a copy of the arm without visual elements, unless inertias come from them; raises as `full_spec`."""
     return _lean(path, flange, file_stamp(path)).copy()
 
 
@@ -147,8 +140,8 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
 def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
     """Reduce a model in place to the joints of an arm, each with a name, without drives and constraints.
 
-    Joints outside the chain to a flange are locked; without one, all joints belong to the arm. Raises `PlantError`
-    if there is no such body, a joint has more than one axis, or springs or constraints act on the arm.
+    Raises `PlantError` if there is no such flange, a joint has more than one axis, or springs or constraints act on
+    the arm.
     """
     if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
         for tie in spec.equalities:

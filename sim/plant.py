@@ -141,10 +141,7 @@ def plant_model(
 def bare_arm(
     mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
 ) -> mujoco.MjModel:
-    """Compile the arm of a model file with rotors Ia [kg m^2], shape (n,), without friction: the controller's model.
-
-    Raises `PlantError` if the model file cannot be compiled or has another number of joints.
-    """
+    """Compile the arm of a model file with rotors Ia [kg m^2], shape (n,), without friction: the controller's model."""
     try:
         spec = lean_spec(mjcf, flange)
         mount_payload(spec, payload)
@@ -172,10 +169,7 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
 
 @silenced()
 def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
-    """Return the equilibrium positions of all joints [rad], (nq,), with the driven ones at q (n,).
-
-    They are equal to q for a rigid arm.
-    """
+    """Return the equilibrium positions of all joints [rad], (nq,), with the driven ones at q (n,)."""
     state = np.zeros(model.nq)
     state[driven_joints(model)] = q
     for effect in EFFECTS.values():

@@ -111,7 +111,7 @@ def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
 def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
     """Name all bodies of a robot's model, and add capsules and a floor if no moving part has a shape.
 
-    Return the names of the bodies with a capsule, from base to flange; none if the model has shapes.
+    Return the names of the bodies with a capsule, from base to flange.
     """
     for k, body in enumerate(spec.bodies):
         if not body.name:
@@ -126,8 +126,7 @@ def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
 def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
     """Add capsules to an arm whose bodies have names, and a floor if it is above the plane z = 0 and has none.
 
-    The last one ends at the centre of a flange in the frame of the last link [m], if it is given. Return the names of
-    the bodies that have one, from base to flange.
+    The last one ends at the centre of a flange in the frame of the last link [m], if given. Return the bodies' names.
     """
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -169,8 +168,8 @@ class Clearance:
     def __init__(self, plant: Plant, margin: float, solids: Sequence[Solid] | None = None) -> None:
         """Prepare the model; `margin` is the largest distance that is computed [m].
 
-        Without `solids`, the payload is a cylinder with its principal moments of inertia. Raises `PlantError` if the
-        model file cannot be compiled with its shapes.
+        Without `solids`, the payload is a cylinder with its principal moments. Raises `PlantError` for a faulty model
+        file.
         """
         spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0
@@ -259,10 +258,7 @@ def _set_planes_apart(spec: mujoco.MjSpec) -> None:
 
 
 def _groups(spec: mujoco.MjSpec) -> tuple[list[list[str]], list[str]]:
-    """Return names of bodies that move together, and of static ones beside the arm: planes, and what carries no joint.
-
-    The groups are the static base, then each link with bodies fixed to it.
-    """
+    """Return names of bodies that move together, the base first, and of static ones beside the arm."""
     below = [{joint.parent.name, *(each.name for each in joint.parent.find_all("body"))} for joint in spec.joints]
     moving = [sorted(mine - farther) for mine, farther in pairwise([*below, set[str]()])]
     beside = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}

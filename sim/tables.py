@@ -37,11 +37,7 @@ class ValueOf(NamedTuple):
 
 
 def validated_table(kind: type[Model], table: object, where: str, error: type[Exception]) -> Model:
-    """Validate a table as parsed from TOML or JSON; `where` is the name of its file in the message.
-
-    Raises:
-        Exception: As `error`, if there is an unknown key or a wrong value (the most specific one).
-    """
+    """Validate a table as parsed from TOML or JSON; raises `error`, with the name `where` of its file."""
     unknown = unknown_key(table, kind)
     if unknown is not None:
         raise error(f"{where}: {unknown}")
@@ -82,10 +78,7 @@ def unknown_key(table: object, hint: Any, where: str = "") -> str | None:
 
 
 def fault_of(error: ValidationError, above: str = "") -> str:
-    """Return the most specific error of pydantic in one line; places of arrays count from 1.
-
-    `above` is the place of the validated table.
-    """
+    """Return the most specific error of pydantic in one line, `above` its table; places of arrays count from 1."""
     first = max(error.errors(), key=lambda fault: len(fault["loc"]))
     parts = [part + 1 if isinstance(part, int) else part for part in first["loc"] if not str(part).endswith(BRANCHES)]
     place = ".".join(map(str, [above, *parts] if above else parts))

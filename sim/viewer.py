@@ -119,8 +119,8 @@ class Scene:
 def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
     """Place the arms of some experiments side by side, from left to right, viewed from where they appear widest.
 
-    The scene is laid out for some times [s], by default for the whole motions. Raises `PlantError` if a model file
-    cannot be compiled.
+    The scene is laid out for some times [s], by default for the whole motions. Raises `PlantError` for a faulty model
+    file.
     """
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)

@@ -195,11 +195,7 @@ def load_pinocchio(minimal: MinimalModel, path: str | Path) -> "pin.Model":
 
 
 def arm_from_pinocchio(model: "pin.Model", couplings: tuple[tuple[int, int], ...] = ()) -> Arm:
-    """Take the kinematics of a Pinocchio model.
-
-    Raises:
-        RobotModelError: If the model is not a fixed-base serial arm of revolute and prismatic joints, or implausible.
-    """
+    """Take the kinematics of a Pinocchio model; raises `RobotModelError` unless it is a plausible serial arm."""
     n, names = model.njoints - 1, tuple(model.names[1:])
     if n < 1:
         raise RobotModelError(f"robot {model.name}: it has no moving joint")
@@ -267,11 +263,7 @@ def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
 
 
 def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce a URDF, to the chain to a flange if named; changes `root`.
-
-    Raises:
-        RobotModelError: If an attribute, the number of links or their order is wrong; the message names the line.
-    """
+    """Reduce a URDF, to the chain to a flange if named; changes `root`. Messages of `RobotModelError` name the line."""
     if root.tag != "robot":
         raise RobotModelError(
             f"{where(root)}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"

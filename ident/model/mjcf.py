@@ -70,11 +70,7 @@ class MinimalModel:
 
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce an MJCF file with its includes, to the chain to a flange if named; changes `root`.
-
-    Raises:
-        RobotModelError: If a number, name or class is wrong or not supported; the message names line and element.
-    """
+    """Reduce an MJCF file, to the chain to a flange if named; changes `root`. `RobotModelError` names the line."""
     if root.tag != "mujoco":
         raise RobotModelError(
             f"{where(root)}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf"

@@ -234,23 +234,13 @@ def regressor_blocks(
     gravity: Array | None = None,
     length: Array | None = None,
 ) -> Iterator[tuple[slice, Array]]:
-    """Yield the regressor block by block, samples last, for processing without storing it.
+    """Yield slices of samples and their regressor, samples last, for processing without storing it.
 
-    Args:
-        arm: The arm, n joints.
-        q: Joint positions [rad or m], shape (N, n).
-        dq: Joint velocities, shape (N, n).
-        ddq: Joint accelerations, shape (N, n).
-        weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It takes little time here, because
-            a row is linear in the unit speed of its joint.
-        size: Number of samples of a block.
-        first: First joint whose row is computed, from 0.
-        gravity: Gravity of each sample [m/s^2], shape (N, 3); None for the arm's.
-        length: Factor of each distance between frames, shape (N, n); None for 1.
-
-    Yields:
-        The slice of samples, and their columns, shape (n - first, 14 n + 3 c, samples of the block). The array is
-        overwritten by the next block.
+    Positions, velocities and accelerations have the shape (N, n), and so has `weight`, a factor of each joint's row
+    that takes little time here, because a row is linear in the unit speed of its joint. `first` is the first joint
+    whose row is computed; `gravity` of each sample [m/s^2], (N, 3), and `length`, a factor of each distance between
+    frames, (N, n), are those of the arm if None. Columns, (n - first, 14 n + 3 c, samples of the block), are
+    overwritten by the next block.
     """
     n, p, through = arm.n, len(STANDARD), arm.to_joints
     lowest = first if through is None else 0
@@ -283,12 +273,7 @@ def regressor_blocks(
 
 
 def _link_matrices(link: LinkMotion) -> tuple[Array, Array]:
-    """Transposed matrices of the wrench that a link requires.
-
-    Returns:
-        Of (XX, XY, XZ, YY, YZ, ZZ) -> moment J dw + w x J w, shape (6, 3, samples), and of (MX, MY, MZ, M) -> moment
-        MS x a, then force M a + L MS, shape (4, 6, samples).
-    """
+    """Transposed matrices (6, 3, samples) of inertias to moment; of first moments, mass to wrench (4, 6, samples)."""
     (w, dw, a), L = link.vectors, link.L
     xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
     K = np.empty((6, 3, w.shape[1]))

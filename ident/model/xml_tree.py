@@ -34,10 +34,7 @@ def read_xml(path: Path) -> ET.Element:
 
 
 def read_document(path: Path, *, comments: bool = False) -> ET.Element:
-    """Read an XML file, in UTF-8 unless it declares another encoding; an element around its root, and its comments.
-
-    Raises `RobotModelError` if the file cannot be read, is not XML, declares entities, or is too large or deep.
-    """
+    """Read an XML file: an element around its root, and its comments; refuses what is none, too large or deep."""
     content = read_bytes(path, most_bytes=LARGEST_FILE, error=RobotModelError)
     parser = expat.ParserCreate()
     builder = ET.TreeBuilder(element_factory=_Located, insert_comments=comments)
@@ -94,13 +91,7 @@ def title(element: ET.Element) -> str:
 
 
 def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
-    """Check the numbers of an element, and that no known attribute is misspelt; unknown ones are ignored.
-
-    `known` has for each attribute how many numbers it has, 0 if it has a word.
-
-    Raises:
-        RobotModelError: As `vector`, or if an attribute is nearly a known one.
-    """
+    """Refuse attributes that are nearly known ones, and wrong numbers, whose count is in `known`, 0 for a word."""
     for attribute in element.attrib:
         if attribute not in known and (close := nearest(attribute, known)):
             raise RobotModelError(f"{title(element)}: unknown attribute {shown(attribute)}{close}")

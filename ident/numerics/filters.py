@@ -17,18 +17,11 @@ from ident.support.arrays import Array
 
 
 def butterworth(order: int, cutoff_hz: float, rate_hz: float) -> Array:
-    """Butterworth low-pass by the bilinear transform, its cut-off prewarped.
+    """Return a Butterworth low-pass of even order by the bilinear transform, prewarped, shape (order / 2, 6).
 
-    A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. 2010, sections 7.2 and B.1: the pairs of
-    poles of 1 / (s^2 + 2 sin((2 k + 1) pi / (2 order)) s + 1) with s = (z - 1) / (z + 1) / tan(pi cutoff / rate).
-
-    Args:
-        order: Order, even.
-        cutoff_hz: Frequency of half the power [Hz], below half the rate.
-        rate_hz: Sampling rate [Hz].
-
-    Returns:
-        Rows (b_0, b_1, b_2, 1, a_1, a_2) of unit gain at zero frequency, the least damped last, shape (order / 2, 6).
+    A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. 2010, sections 7.2 and B.1: the pairs
+    of poles of 1 / (s^2 + 2 sin((2 k + 1) pi / (2 order)) s + 1) with s = (z - 1) / (z + 1) / tan(pi cutoff / rate).
+    Sections (b_0, b_1, b_2, 1, a_1, a_2) have unit gain at zero frequency, the least damped is last.
     """
     K = np.tan(np.pi * cutoff_hz / rate_hz)
     damping = 2.0 * np.sin(np.pi * np.arange(order - 1, 0, -2) / (2 * order))
@@ -50,15 +43,10 @@ def filtered(sections: Array, x: Array) -> Array:
 
 
 def filtered_both_ways(sections: Array, x: Array, padding: int) -> Array:
-    """Filter signals forward and backward (zero phase) with a cascade of unit gain at zero frequency.
+    """Filter signals, shape (N, k), forward and backward (zero phase) with a cascade of unit gain at zero frequency.
 
-    Both ends are extended by odd reflection, and each pass starts in the steady state of the first value (F.
-    Gustafsson, IEEE Trans. Signal Processing 44(4), 1996, calls this the usual choice).
-
-    Args:
-        sections: Rows (b_0, b_1, b_2, 1, a_1, a_2), shape (s, 6).
-        x: Signals, shape (N, k).
-        padding: Number of samples by which each end is extended, less than N.
+    Both ends are extended by odd reflection, by `padding` samples, fewer than N, and each pass starts in the steady
+    state of the first value (F. Gustafsson, IEEE Trans. Signal Processing 44(4), 1996, calls this the usual choice).
     """
     before, after = 2.0 * x[0] - x[padding:0:-1], 2.0 * x[-1] - x[-2 : -padding - 2 : -1]
     y = np.concatenate((before, x, after))

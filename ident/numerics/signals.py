@@ -28,15 +28,9 @@ NOISE_BAND = (0.25, 0.45)
 def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
     """Low-pass positions with zero phase and differentiate them (paper, II.C).
 
-    Five-point central differences are exact for polynomials of degree four (velocity) and five (acceleration).
-
-    Args:
-        q: Positions [rad or m], shape (N, n), on a uniform clock.
-        period: Sampling interval [s].
-        cutoff_hz: Cut-off frequency [Hz] of `low_passed`.
-
-    Returns:
-        Positions, velocities and accelerations, shape (N, n) each. Discard the outer `edge_samples`.
+    Positions (N, n) [rad or m] are on a uniform clock of this period [s]; the cut-off [Hz] is that of `low_passed`.
+    Five-point central differences are exact for polynomials of degree four (velocity) and five (acceleration). Returned
+    are positions, velocities and accelerations, (N, n) each, of which the outer `edge_samples` are to be discarded.
     """
     smooth = low_passed(q, period, cutoff_hz).T  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
@@ -133,11 +127,7 @@ class Decimator:
         return total.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:
-        """Return the weights of samples in a weighted sum of rows, shape (rows,): the transpose of `applied`.
-
-        Returns:
-            Weights, shape ((rows - 1) factor + 2 h + 1,): later samples have no effect.
-        """
+        """Return weights of samples in a weighted sum of rows: `applied` transposed; later ones have no effect."""
         rows, pieces = len(weights), self._pieces
         of_samples = np.zeros((rows + len(pieces) - 1, self.factor))
         for k, piece in enumerate(pieces):
@@ -172,15 +162,9 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
 
 
 def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
-    """Return the one-sided power density of signals: mean over half-overlapping blocks, each without its mean.
+    """Return frequencies [Hz] and the one-sided power density [unit^2/Hz] of signals (N, n), shape (size // 2 + 1, n).
 
-    Args:
-        x: Signals, shape (N, n), on a uniform clock.
-        period: Sampling interval [s].
-        size: Number of samples of a block, at most N.
-
-    Returns:
-        Frequencies [Hz], shape (size // 2 + 1,), and densities [unit^2/Hz], shape (size // 2 + 1, n).
+    It is a mean over half-overlapping blocks of `size` samples, at most N, each without its mean.
     """
     blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
     window = np.hanning(size + 1)[:-1]  # (1 - cos(2 pi k / size)) / 2

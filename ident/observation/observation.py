@@ -253,11 +253,8 @@ def reduced(
     """Decimate the unmasked samples, block by block, so that the full-rate regressor is never stored.
 
     The motion is q, dq, ddq; these, a signal v of each joint, and the mask `moving` of each joint's used samples have
-    the shape (N, n).
-
-    Returns:
-        The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of the first link that
-        it moves: those of the links before it are zero.
+    the shape (N, n). Returned are the signals, (rows, n), and the regressor of each joint from the columns of the first
+    link that it moves on.
     """
     n, rows, first = structure.arm.n, D.rows(len(v)), [len(STANDARD) * link for link in structure.first_links]
     piece = D.factor * max(1, PIECE // D.factor)
@@ -281,10 +278,7 @@ def reduced(
 
 
 def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
-    """Mask of samples at which each joint, and each coupled sum that acts on it, is away from reversals, shape (N, n).
-
-    Samples are masked below a share of the rms speed, and within `reach` samples of a reversal.
-    """
+    """Mask of samples where each joint, and each coupled sum that acts on it, is away from reversals, (N, n)."""
 
     def away(speed: Array) -> Mask:
         turning = np.diff(speed > 0.0, axis=0, prepend=speed[:1] > 0.0)

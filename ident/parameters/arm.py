@@ -112,11 +112,9 @@ class GainRatios:
         return ratio_refusal(float(self.rel_std[joint]), self.max_rel_std, self.reference)
 
     def against(self, believed: KnownGains) -> dict[int, tuple[float, float]]:
-        """Compare with the ratios of a-priori gains; empty if these have no gain of the reference joint.
+        """Return ratios g_j / g_r over those of a-priori gains, minus 1, with standard deviations, by joint from 0.
 
-        Returns:
-            By joint, from 0: ratio g_j / g_r over that of the given gains, minus 1, and its standard deviation,
-            including that of the given gains.
+        The deviations include those of the given gains; it is empty if these have no gain of the reference joint.
         """
         at = {joint: k for k, joint in enumerate(believed.joints.tolist())}
         found, C = dict[int, tuple[float, float]](), believed.log_covariance
@@ -288,11 +286,10 @@ def _relative(C: Array) -> Array:
 def forecast_gains(
     problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, ratios: GainRatios
 ) -> tuple[float | str, ...]:
-    """Return the expected relative standard deviation of every gain, or why there is none, with a planned payload.
+    """Return the expected relative standard deviation of every gain with a planned payload, or why there is none.
 
-    All stated parameters of the payload affect the currents, `known` ones are used; `in_si` is the arm with known
-    gains, `ratios` are those from the bare motions of `problem`, which would be repeated. Raises `NotIdentifiable`
-    if no parameter of the payload is known, or it puts no torque on any joint.
+    `in_si` is the arm with known gains, `ratios` are those from the bare motions of `problem`, which would be
+    repeated. Raises `NotIdentifiable` if no parameter of the payload is known.
     """
     if payload.known == "none":
         raise NotIdentifiable(

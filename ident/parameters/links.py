@@ -146,18 +146,11 @@ def _prior(own: Array, motor: Array) -> Array:
 
 
 def nearest_possible(fixed: Array, slopes: Array, wanted: Array, information: Array, inside: Array) -> Array:
-    """Return the unknowns nearest to given ones with positive definite pseudo-inertias, by a log det barrier.
+    """Return unknowns nearest to given ones with positive definite pseudo-inertias, by a log det barrier, (k,).
 
-    Args:
-        fixed: Pseudo-inertias of the known parameters of each body, shape (bodies, 4, 4).
-        slopes: Derivative of the pseudo-inertias by each unknown, shape (k, bodies, 4, 4).
-        wanted: The given values, shape (k,).
-        information: Metric, positive definite, shape (k, k).
-        inside: Initial values with positive definite pseudo-inertia, shape (k,).
-
-    Returns:
-        Unknowns whose squared distance exceeds the minimum by at most `SMALLEST_BARRIER` times the number of rows of
-        all pseudo-inertias, shape (k,).
+    Pseudo-inertias of bodies are `fixed`, (bodies, 4, 4), plus `slopes`, (k, bodies, 4, 4), times the unknowns, which
+    start `inside`. The squared distance from `wanted` in the metric `information`, (k, k), exceeds its minimum by at
+    most `SMALLEST_BARRIER` times the number of rows of all pseudo-inertias.
     """
 
     def cost(x: Array, weight: float) -> float:

@@ -251,12 +251,7 @@ def gains_outcome(
     """Estimate payload and arm with given gains, from bare motions and those of one mounting with an unknown payload.
 
     For options of methods other than `nls`, `PLAIN` is used; `estimate` has the gains from the same motions and the
-    weighed payload.
-
-    Raises:
-        NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.
-        GainsError: If the gains are not of this arm.
-        PayloadError: If no parameter of the payload is known.
+    weighed payload. Raises as `payload_of` and `verified`.
     """
     found = payload_of(problem, gains, options if isinstance(options, AllJointsOptions) else PLAIN)
     return GainsOutcome(gains=gains, weighed=verified(found, weight, gains, estimate), arm=arm_in_use(problem, gains))

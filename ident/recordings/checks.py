@@ -199,8 +199,7 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
 def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
     """Return for each joint whether all spikes of its current follow encoder steps, as a response of the controller.
 
-    The joints of an arm have one kind of controller, so the probability that all follow by chance is that of all joints
-    together. There are n masks of shape (N,), and positions of shape (N, n).
+    All joints have one kind of controller, so the probability that they follow by chance is that of all together.
     """
     answers, log_chance = list[bool](), 0.0
     for mask, position in zip(spikes, q.T, strict=True):

@@ -178,10 +178,8 @@ def read_log(
 def decoded(x: Array, sign_bit: float = 0.0, bits: float = 0.0) -> Array:
     """Return register values as numbers, shape (N,).
 
-    Args:
-        x: Values as logged.
-        sign_bit: Bit that is set for negative numbers, from 0, beside the magnitude; 0 for none.
-        bits: Length of a word in two's complement that was read as unsigned; 0 if it was not.
+    `sign_bit`, from 0, is set for negative ones beside the magnitude; `bits` is the length of a word in two's
+    complement that was read as unsigned; 0 for none.
     """
     if sign_bit:
         negative = np.floor(x / 2.0**sign_bit) % 2.0 == 1.0

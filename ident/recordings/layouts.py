@@ -41,12 +41,8 @@ CURRENT = re.compile(r"^observation\.current\.|\.current$")
 def resolved(place: str, table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
     """Determine the meaning of a table's columns; `place` is the name of its file, `given` what is declared of it.
 
-    Returns:
-        Columns with their names in the file, units, signs and zeros, one of each per joint; the layout, None if
-        everything was declared.
-
-    Raises:
-        RecordingError: If the layout is unknown, a column is missing or ambiguous, or a declaration is missing.
+    Returned are columns with their names in the file, units, signs and zeros, one of each per joint; and the layout,
+    None if everything was declared. Raises `RecordingError` if a column or a declaration is missing or ambiguous.
     """
     names, wanted = table.names, {kind for kind in "tqv" if not getattr(given, kind).columns}
     if len(names) > MOST_COLUMNS:

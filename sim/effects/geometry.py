@@ -121,10 +121,7 @@ class GravitySpringErrors(Effect):
         return self.gravity_spring > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Attach the spring above the joint's axis and to the far end of the joint's link.
-
-        The torque depends only on the angle between both ends, so the ends may be exchanged.
-        """
+        """Attach the spring above the joint's axis and to the far end of its link; the ends may be exchanged."""
         spring = build.robot.gravity_spring
         if not self.gravity_spring or spring is None:
             return

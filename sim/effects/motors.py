@@ -162,19 +162,13 @@ class Temperature(Effect):
 
 
 def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:
-    """Return the temperature rise [K], shape (n,), after some time at constant load, 0 for a rest.
-
-    The load is the mean square of the current relative to its limit, shape (n,).
-    """
+    """Return the temperature rise [K], (n,), after a time at constant load, the mean square of v / v_max, (n,)."""
     settled = values.motor_warming * load
     return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
 
 
 def warming(values: Temperature, warmth: Array, load: Array, period: float) -> Array:
-    """Return the temperature rise at the start of each period and at the end of the last [K], shape (N + 1, n).
-
-    The load is the square of the current relative to its limit in each period, shape (N, n).
-    """
+    """Return the temperature rise at the start of each period and the end of the last [K], (N + 1, n)."""
     kept = np.exp(-period / values.warming_time)
     settled = values.motor_warming * load
     lag = np.array([[1.0 - kept, 0.0, 0.0, 1.0, -kept, 0.0]])

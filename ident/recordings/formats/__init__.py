@@ -117,12 +117,9 @@ def table_of(
     widths: Mapping[str, int | None],
     read: Callable[[Sequence[str], Set[str]], Mapping[str, np.ndarray]],
 ) -> Table:
-    """Return a table of fields of numbers or dates, each of shape (N,) or (N, width).
+    """Return a table of fields of shape (N,), whose width is None, or (N, width).
 
-    Args:
-        place: Name of the file for messages.
-        widths: Number of columns of each field, None for one of shape (N,).
-        read: Returns some fields; those of the second argument must hold dates, the others numbers.
+    `read` returns some fields; those of its second argument must hold dates, the others numbers.
     """
     places = dict[str, tuple[str, int | None]]()
     for name, width in widths.items():
@@ -166,14 +163,8 @@ def merged(place: str, columns: Columns, times: Columns, time: str, remarks: lis
     """Bring channels with times of their own, or with values in some rows alone, to the samples of the first channel.
 
     Between two samples a channel is interpolated. A sample between two of a channel that are further apart than twice
-    its usual interval is left out, so that a gap of one channel is a gap of the log.
-
-    Args:
-        place: Name of the file for messages.
-        columns: Time and channels, NaN in rows without a value, each of shape (N,).
-        times: Times of each of them.
-        time: Name of the column of time.
-        remarks: Receives a remark on what was done.
+    its usual interval is left out, so that a gap of one channel is a gap of the log. Columns are NaN in rows without a
+    value; `times` are those of each of them, `time` is the name of the column of time.
     """
     channels = {name: x for name, x in columns.items() if name != time}
     t, kept, found = np.empty(0), np.empty(0, np.bool_), dict[str, Array]()

@@ -123,10 +123,7 @@ def frame_table(frame: object) -> Table:
 
 
 def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
-    """Return the table of arrays of shape (N,) or (N, width), with or without named fields.
-
-    Raises `RecordingError` if an array is transposed; `load`, if a column is not numeric or has another length.
-    """
+    """Return the table of arrays (N,) or (N, width), with or without named fields; refuses transposed ones."""
     lengths = [len(each) for each in arrays.values() if each.ndim == 1]
     samples = max(lengths, default=MOST_COLUMNS if "" in arrays else 0)
     fields: dict[str, np.ndarray] = {}

@@ -43,11 +43,7 @@ _QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 
 
 def open_csv(path: Path, description: LogDescription) -> Table:
-    """Find header, separator and decimal sign of a text, unless declared.
-
-    Raises `RecordingError` if the file is not text, or has no header; `load` names line and column of a cell that
-    is not a number.
-    """
+    """Find header, separator and decimal sign of a text, unless declared; raises `RecordingError` if it has none."""
     stated, place = description.text, one_line(path)
     lines = _lines(path, stated.encoding)
     header, separator, start = _header(place, lines, description)

@@ -59,11 +59,7 @@ KEYS = {
 
 
 def open_lerobot(path: Path, description: LogDescription) -> Table:
-    """Open one episode.
-
-    Raises:
-        RecordingError: If the folder is no dataset, or an episode must be chosen; `load`, if frames are missing.
-    """
+    """Open one episode; raises if the folder is no dataset or one must be chosen; `load`, if frames are lost."""
     place, info = one_line(path), _info(path)
     meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
     frames_of = dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))

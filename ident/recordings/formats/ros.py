@@ -36,11 +36,7 @@ LARGEST_CHUNK = 256_000_000
 
 
 def open_ros(path: Path, description: LogDescription) -> Table:
-    """Read the messages of one topic.
-
-    Raises `RecordingError` if `rosbags` is missing, the file is not a bag, or a topic must be chosen; `load`, if
-    joints are not in the same messages.
-    """
+    """Read the messages of one topic; raises without `rosbags`, for no bag, or if a topic must be chosen."""
     place = one_line(path)
     if path.suffix.lower() == ".bag":
         raise RecordingError(f"{place}: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert")

@@ -65,23 +65,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Examined:
-    """One log.
-
-    Attributes:
-        repaired: Its parts, with unambiguous repairs.
-        longest: The longest part, with the name of the log.
-        diagnoses: Results of the checks of its samples, by name of the check.
-        parts: Prepared parts; empty if the log cannot be filtered.
-        unfit: Why the log cannot be filtered, None if it can.
-    """
+    """One log."""
 
     recording: Recording
-    repaired: tuple[Recording, ...]
-    longest: Recording
+    repaired: tuple[Recording, ...]  # its parts, with unambiguous repairs
+    longest: Recording  # the longest part, with the name of the log
     repairs: tuple[Diagnosis, ...]
-    diagnoses: Mapping[str, tuple[Diagnosis, ...]]
-    parts: tuple[Part, ...]
-    unfit: RecordingError | None
+    diagnoses: Mapping[str, tuple[Diagnosis, ...]]  # results of the checks of its samples, by name of the check
+    parts: tuple[Part, ...]  # prepared parts; empty if the log cannot be filtered
+    unfit: RecordingError | None  # why the log cannot be filtered, None if it can
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:

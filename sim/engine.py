@@ -27,23 +27,15 @@ DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Varied:
-    """A simulation with effects that act in every control period.
-
-    Attributes:
-        constant: Dry friction without these effects: joints, then coupled motors [N m], shape (n + c,).
-        damping: Viscous friction without these effects [N m s/rad], shape (n + c,).
-        inertia: Rotor inertias [kg m^2], shape (n + c,).
-        turns: Matrix from joint speeds to the speeds at which friction acts, shape (n + c, n).
-        warmth: Temperature rise of the drives at the start of the motion [K], shape (n,).
-    """
+    """A simulation with effects that act in every control period."""
 
     errors: ModelErrors
     build: Build
-    constant: Array
-    damping: Array
-    inertia: Array
-    turns: Array
-    warmth: Array
+    constant: Array  # dry friction without these effects: joints, then coupled motors [N m], shape (n + c,)
+    damping: Array  # viscous friction without these effects [N m s/rad], shape (n + c,)
+    inertia: Array  # rotor inertias [kg m^2], shape (n + c,)
+    turns: Array  # matrix from joint speeds to the speeds at which friction acts, shape (n + c, n)
+    warmth: Array  # temperature rise of the drives at the start of the motion [K], shape (n,)
 
 
 def varies(errors: ModelErrors) -> bool:
@@ -141,17 +133,11 @@ class Varying:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Simulation:
-    """One simulation of a batch.
+    """One simulation of a batch."""
 
-    Attributes:
-        model: Compiled model. Simulations may share it if nothing varies.
-        start: Initial positions of all joints [rad], shape (nq,).
-        varied: Effects that act in every control period, None if there are none.
-    """
-
-    model: mujoco.MjModel
-    start: Array
-    varied: Varied | None = None
+    model: mujoco.MjModel  # compiled model. Simulations may share it if nothing varies
+    start: Array  # initial positions of all joints [rad], shape (nq,)
+    varied: Varied | None = None  # effects that act in every control period, None if there are none
 
 
 class Engine:

@@ -52,19 +52,12 @@ class Flange:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solid:
-    """A box or a cylinder of a payload.
+    """A box or a cylinder of a payload."""
 
-    Attributes:
-        cylinder: Whether the shape is a cylinder about its z axis, otherwise a box.
-        size: Radius and half length of a cylinder, half edges of a box [m].
-        center: From the last joint in the axes of the last link [m], shape (3,).
-        rotation: Rotation matrix from the shape's axes to those of the last link, shape (3, 3).
-    """
-
-    cylinder: bool
-    size: tuple[float, ...]
-    center: Array
-    rotation: Array
+    cylinder: bool  # whether it is a cylinder about its z axis, otherwise a box
+    size: tuple[float, ...]  # radius and half length of a cylinder, half edges of a box [m]
+    center: Array  # from the last joint in the axes of the last link [m], shape (3,)
+    rotation: Array  # rotation matrix from the shape's axes to those of the last link, shape (3, 3)
 
 
 @silenced()

@@ -81,20 +81,14 @@ def _shapes_from(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Arms side by side.
-
-    Attributes:
-        places: Indices of each arm's joint positions in the state, one array (n,) per experiment.
-        times: Times for which the scene is laid out [s].
-        azimuth: Direction in which the camera looks, about the vertical from x [deg].
-    """
+    """Arms side by side."""
 
     model: mujoco.MjModel
-    places: tuple[Indices, ...]
+    places: tuple[Indices, ...]  # indices of each arm's joint positions in the state, one array (n,) per experiment
     motions: tuple[FourierTrajectory, ...]
     duration: float
-    times: Array
-    azimuth: float
+    times: Array  # times for which the scene is laid out [s]
+    azimuth: float  # direction in which the camera looks, about the vertical from x [deg]
 
     def put(self, data: mujoco.MjData, t: float) -> None:
         """Move every arm to its position at a time [s]."""

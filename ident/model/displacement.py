@@ -23,17 +23,11 @@ from ident.support.arrays import Array
 
 @dataclass(frozen=True, slots=True)
 class States:
-    """Positions, velocities and accelerations of the joints.
+    """Positions, velocities and accelerations of the joints."""
 
-    Attributes:
-        q: Positions [rad or m], shape (N, n).
-        dq: Velocities, shape (N, n).
-        ddq: Accelerations, shape (N, n).
-    """
-
-    q: Array
-    dq: Array
-    ddq: Array
+    q: Array  # positions [rad or m], shape (N, n)
+    dq: Array  # velocities, shape (N, n)
+    ddq: Array  # accelerations, shape (N, n)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,19 +35,13 @@ class Kinematics:
     """States of an arm with quantities that do not depend on its masses.
 
     Twists and accelerations have shape (n, 2, 3, N), angular part first.
-
-    Attributes:
-        pose: Pose of each link's frame, shape (n, 3, 4, N).
-        S: Twist of each joint, its rate of change, and the rate of change of that.
-        V: Twist of each link.
-        A: Rate of change of V, minus gravity.
     """
 
     arm: Arm
-    pose: Array
-    S: tuple[Array, Array, Array]
-    V: Array
-    A: Array
+    pose: Array  # pose of each link's frame, shape (n, 3, 4, N)
+    S: tuple[Array, Array, Array]  # twist of each joint, its rate of change, and the rate of change of that
+    V: Array  # twist of each link
+    A: Array  # rate of change of V, minus gravity
 
     @classmethod
     def of(cls, arm: Arm, states: States) -> "Kinematics":

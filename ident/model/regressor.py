@@ -34,19 +34,12 @@ Vector: TypeAlias = list[Array | float]
 
 @dataclass(slots=True)
 class LinkMotion:
-    """A link's pose in the preceding frame, and its motion in its own frame.
+    """A link's pose in the preceding frame, and its motion in its own frame."""
 
-    Attributes:
-        E: Rotation from the preceding frame to its own, (3, 3, samples).
-        arrow: Its origin in the preceding frame.
-        vectors: w, dw and a, (3, 3, samples).
-        L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
-    """
-
-    E: Array
-    arrow: Vector
-    vectors: Array
-    L: Array
+    E: Array  # rotation from the preceding frame to its own, (3, 3, samples)
+    arrow: Vector  # its origin in the preceding frame
+    vectors: Array  # w, dw and a, (3, 3, samples)
+    L: Array  # matrix of x -> dw x x + w x (w x x), (3, 3, samples)
 
 
 def link_motions(
@@ -136,17 +129,11 @@ def _drive_columns(arm: Arm, dq: Array, ddq: Array) -> Iterator[tuple[int, int, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkMotions:
-    """The motion of every link along that of an arm, for torques of many sets of parameters.
+    """The motion of every link along that of an arm, for torques of many sets of parameters."""
 
-    Attributes:
-        arm: The arm, n joints.
-        dq: Joint velocities [rad/s or m/s], shape (N, n).
-        ddq: Joint accelerations, shape (N, n).
-    """
-
-    arm: Arm
-    dq: Array
-    ddq: Array
+    arm: Arm  # the arm, n joints
+    dq: Array  # joint velocities [rad/s or m/s], shape (N, n)
+    ddq: Array  # joint accelerations, shape (N, n)
     links: tuple[LinkMotion, ...]
 
     @classmethod

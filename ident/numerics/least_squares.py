@@ -81,17 +81,11 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Factors:
-    """`W[:, columns] = Q @ R`, the columns independent of each other and all others combinations of them.
+    """`W[:, columns] = Q @ R`, the columns independent of each other and all others combinations of them."""
 
-    Attributes:
-        columns: Indices of the columns, shape (k,).
-        Q: Orthonormal, shape (r, k).
-        R: Upper triangular, shape (k, k).
-    """
-
-    columns: Indices
-    Q: Array
-    R: Array
+    columns: Indices  # indices of the columns, shape (k,)
+    Q: Array  # orthonormal, shape (r, k)
+    R: Array  # upper triangular, shape (k, k)
 
 
 def factors(W: Array, *, rank_tol: float) -> Factors:

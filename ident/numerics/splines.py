@@ -15,15 +15,10 @@ from ident.support.arrays import Array
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CubicSpline:
-    """Piecewise cubic functions of one variable.
+    """Piecewise cubic functions of one variable."""
 
-    Attributes:
-        knots: Increasing, shape (K,), K > 3.
-        coefficients: Of powers 0 to 3 of the distance to the knot before, shape (4, K - 1, ...).
-    """
-
-    knots: Array
-    coefficients: Array
+    knots: Array  # increasing, shape (K,), K > 3
+    coefficients: Array  # of powers 0 to 3 of the distance to the knot before, shape (4, K - 1, ...)
 
     @classmethod
     def through(cls, knots: Array, y: Array) -> "CubicSpline":

@@ -21,35 +21,20 @@ accurately."""
 
 @dataclass(frozen=True, eq=False)
 class FullRate:
-    """Filtered samples of a motion, and their conversion to rows.
+    """Filtered samples of a motion, and their conversion to rows."""
 
-    Attributes:
-        q: Joint positions [rad or m], shape (N, n).
-        dq: Joint velocities, shape (N, n).
-        ddq: Joint accelerations, shape (N, n).
-        moving: Mask of the samples at which each joint is away from reversals, shape (N, n).
-        period: Time from one sample to the next [s].
-        cutoff_hz: Low-pass of the positions [Hz].
-        decimator: Filter that converts samples to rows.
-        edge: Number of samples of the recording that are omitted at each end.
-        group: Number of samples of the recording that are averaged to one sample here.
-        noise: Density of white noise in the recorded positions [rad^2/Hz or m^2/Hz], shape (n,).
-        recording: The filtered recording, on a uniform clock.
-        current_delay: Time from the stamp of its currents to the middle of their action [s].
-    """
-
-    q: Array
-    dq: Array
-    ddq: Array
-    moving: Mask
-    period: float
-    cutoff_hz: float
-    decimator: Decimator
-    edge: int
-    group: int
-    noise: Array
-    recording: Recording
-    current_delay: float
+    q: Array  # joint positions [rad or m], shape (N, n)
+    dq: Array  # joint velocities, shape (N, n)
+    ddq: Array  # joint accelerations, shape (N, n)
+    moving: Mask  # mask of the samples at which each joint is away from reversals, shape (N, n)
+    period: float  # time from one sample to the next [s]
+    cutoff_hz: float  # low-pass of the positions [Hz]
+    decimator: Decimator  # filter that converts samples to rows
+    edge: int  # number of samples of the recording that are omitted at each end
+    group: int  # number of samples of the recording that are averaged to one sample here
+    noise: Array  # density of white noise in the recorded positions [rad^2/Hz or m^2/Hz], shape (n,)
+    recording: Recording  # the filtered recording, on a uniform clock
+    current_delay: float  # time from the stamp of its currents to the middle of their action [s]
 
     @cached_property
     def t(self) -> Array:

@@ -38,19 +38,12 @@ ENOUGH = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelLinks:
-    """Links of a model file, with parameters in the frames of an `Arm`.
+    """Links of a model file, with parameters in the frames of an `Arm`."""
 
-    Attributes:
-        own: Standard parameters of each moved link, shape (n, 10).
-        carried: Standard parameters of the other bodies fixed to each link, shape (n, 10).
-        motor: Inertias of the motors, joint side [kg m^2 or kg], shape (n,).
-        offset: Origin of each frame in the link's frame of the file, with the same axes [m], shape (n, 3).
-    """
-
-    own: Array
-    carried: Array
-    motor: Array
-    offset: Array
+    own: Array  # standard parameters of each moved link, shape (n, 10)
+    carried: Array  # standard parameters of the other bodies fixed to each link, shape (n, 10)
+    motor: Array  # inertias of the motors, joint side [kg m^2 or kg], shape (n,)
+    offset: Array  # origin of each frame in the link's frame of the file, with the same axes [m], shape (n, 3)
 
     @property
     def whole(self) -> Array:
@@ -60,21 +53,13 @@ class ModelLinks:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoundLinks:
-    """Physically consistent links.
+    """Physically consistent links."""
 
-    Attributes:
-        own: Standard parameters of each link without the bodies fixed to it, shape (n, 10).
-        motor: Inertias of the motors, shape (n,).
-        motor_found: Mask of inertias that the base parameters contain; the others are the model's, shape (n,).
-        moved: Change of each base parameter from its estimate, in standard deviations, shape (k,).
-        names: Names of these base parameters.
-    """
-
-    own: Array
-    motor: Array
-    motor_found: Mask
-    moved: Array
-    names: tuple[str, ...]
+    own: Array  # standard parameters of each link without the bodies fixed to it, shape (n, 10)
+    motor: Array  # inertias of the motors, shape (n,)
+    motor_found: Mask  # mask of inertias that the base parameters contain; the others are the model's, shape (n,)
+    moved: Array  # change of each base parameter from its estimate, in standard deviations, shape (k,)
+    names: tuple[str, ...]  # names of these base parameters
 
 
 def nearest_links(

@@ -226,19 +226,12 @@ def _flickers(x: Array, away: Array) -> bool:
 
 
 class Intervals(NamedTuple):
-    """Sampling intervals and missing samples of a log.
+    """Sampling intervals and missing samples of a log."""
 
-    Attributes:
-        usual: Median interval [s].
-        mean: Mean interval without missing samples [s].
-        jitter: Largest deviation of such an interval from the median, relative to it.
-        missing: Number of samples missing in each interval, shape (N - 1,).
-    """
-
-    usual: float
-    mean: float
-    jitter: float
-    missing: Indices
+    usual: float  # median interval [s]
+    mean: float  # mean interval without missing samples [s]
+    jitter: float  # largest deviation of such an interval from the median, relative to it
+    missing: Indices  # number of samples missing in each interval, shape (N - 1,)
 
     @property
     def lost(self) -> int:

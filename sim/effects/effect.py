@@ -22,17 +22,12 @@ from sim.robot import DriveTruth, Robot
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Build:
-    """The plant of a model, without its errors.
-
-    Attributes:
-        earlier: Number of earlier motions of the robot in the same experiment.
-        step: Physics step [s].
-    """
+    """The plant of a model, without its errors."""
 
     robot: Robot
     drives: DriveTruth
-    earlier: int
-    step: float
+    earlier: int  # number of earlier motions of the robot in the same experiment
+    step: float  # physics step [s]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

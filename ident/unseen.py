@@ -135,20 +135,13 @@ class UnseenMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UsedModel:
-    """Model that predicts currents.
-
-    Attributes:
-        base: Base parameters of the arm, including friction, shape (b,).
-        covariance: Covariance of `base` from the residuals, shape (b, b); zero if unknown.
-        fits: Cross-validation of the fitted motions, by joint from 0; empty for a model file.
-        unstated: Part of `base` that the model file does not state, as offsets, shape (b,); None without a file.
-    """
+    """Model that predicts currents."""
 
     gains: KnownGains
-    base: Array
-    covariance: Array
-    fits: Mapping[int, JointPrediction]
-    unstated: Array | None = None
+    base: Array  # base parameters of the arm, including friction, shape (b,)
+    covariance: Array  # covariance of `base` from the residuals, shape (b, b); zero if unknown
+    fits: Mapping[int, JointPrediction]  # cross-validation of the fit, by joint from 0; empty for a model file
+    unstated: Array | None = None  # part of `base` that no model file states, as offsets, shape (b,)
 
 
 def used_model(arm: BareArm) -> UsedModel:

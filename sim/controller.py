@@ -84,25 +84,15 @@ class ControllerBelief:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Controller:
-    """A tuned controller with its reference motion tabulated; arrays per joint are (n,).
+    """A tuned controller with its reference motion tabulated; arrays per joint are (n,)."""
 
-    Attributes:
-        reference: `Kp q_ref + Kd dq_ref + tau_ff` over assumed gain, at every period, shape (N, n) [drive units].
-        q_ref: Reference positions [rad], shape (N, n).
-        kp: Position gain over assumed drive gain [drive units / rad].
-        kd: Velocity gain over assumed drive gain [drive units s / rad].
-        ki: Integral gain over assumed drive gain, times the period [drive units / rad].
-        blend: Weight of the newest difference in the velocity estimate.
-        period: Control period [s].
-    """
-
-    reference: Array
-    q_ref: Array
-    kp: Array
-    kd: Array
-    ki: Array
-    blend: float
-    period: float
+    reference: Array  # `Kp q_ref + Kd dq_ref + tau_ff` over assumed gain, at every period, shape (N, n) [drive units]
+    q_ref: Array  # reference positions [rad], shape (N, n)
+    kp: Array  # position gain over assumed drive gain [drive units / rad]
+    kd: Array  # velocity gain over assumed drive gain [drive units s / rad]
+    ki: Array  # integral gain over assumed drive gain, times the period [drive units / rad]
+    blend: float  # weight of the newest difference in the velocity estimate
+    period: float  # control period [s]
 
 
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:

@@ -36,18 +36,11 @@ CYLINDER, BOX = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flange:
-    """A flange's face: the mounting face of payloads.
+    """A flange's face: the mounting face of payloads."""
 
-    Attributes:
-        origin: Its centre in the frame of the last link [m], shape (3,), relative to the last joint, as for a payload.
-        rotation: Rotation matrix from the flange's axes to those of the last link, shape (3, 3); z points away from the
-            arm.
-        name: Name of the site or body that defines the flange; empty if the last joint's axis is used.
-    """
-
-    origin: Array
-    rotation: Array
-    name: str
+    origin: Array  # its centre in the frame of the last link [m], shape (3,), from the last joint
+    rotation: Array  # rotation matrix from its axes to those of the last link, (3, 3); z points away from the arm
+    name: str  # name of the site or body that defines the flange; empty if the last joint's axis is used
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

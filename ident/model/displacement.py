@@ -77,18 +77,12 @@ class Kinematics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics:
-    """An arm of known parameters along a motion, with composite bodies, each a joint's link and the following ones.
-
-    Attributes:
-        chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
-        own: I S, then B' s + p x u, together (n, 3, 3, N).
-        by_x: Derivatives of the wrench f by a displacement, its rate and its acceleration, (n, 2, 3, N) each.
-    """
+    """An arm of known parameters along a motion, with composite bodies, each a joint's link and the following ones."""
 
     moving: Kinematics
-    chi: Array
-    own: Array
-    by_x: tuple[Array, Array, Array]
+    chi: Array  # standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`
+    own: Array  # I S, then B' s + p x u, together (n, 3, 3, N)
+    by_x: tuple[Array, Array, Array]  # of the wrench f, by a displacement, its rate and acceleration, (n, 2, 3, N)
 
     @classmethod
     def of(cls, moving: Kinematics, chi: Array) -> "Dynamics":

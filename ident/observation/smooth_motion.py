@@ -25,22 +25,13 @@ FINER = 1.15
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reference:
-    """A motion without most of the encoder's noise.
+    """A motion without most of the encoder's noise."""
 
-    Attributes:
-        q: Joint positions [rad or m], shape (N, n).
-        dq: Joint velocities, shape (N, n).
-        ddq: Joint accelerations, shape (N, n).
-        kept: Share of the variance of position noise that each joint's fit retains: number of coefficients over that of
-            independent samples, shape (n,).
-        left: Root mean square of the residual of each joint's fit to the filtered positions, shape (n,).
-    """
-
-    q: Array
-    dq: Array
-    ddq: Array
-    kept: Array
-    left: Array
+    q: Array  # joint positions [rad or m], shape (N, n)
+    dq: Array  # joint velocities, shape (N, n)
+    ddq: Array  # joint accelerations, shape (N, n)
+    kept: Array  # share of the variance of position noise that each joint's fit retains, shape (n,)
+    left: Array  # root mean square of the residual of each joint's fit to the filtered positions, shape (n,)
 
 
 def reference(behind: FullRate) -> Reference:

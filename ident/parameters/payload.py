@@ -53,17 +53,11 @@ NEEDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundBody:
-    """Estimated properties of a body.
+    """Estimated properties of a body."""
 
-    Attributes:
-        quantities: Mass, centre and inertia about the centre, as far as identifiable.
-        refused: Reasons for the others, by name.
-        possible: Whether the ten parameters are physically consistent; None if not all are known.
-    """
-
-    quantities: tuple[Quantity, ...]
-    refused: dict[str, str]
-    possible: bool | None
+    quantities: tuple[Quantity, ...]  # mass, centre and inertia about the centre, as far as identifiable
+    refused: dict[str, str]  # reasons for the others, by name
+    possible: bool | None  # whether the ten parameters are physically consistent; None if not all are known
 
     def of(self, name: str) -> Quantity | None:
         """Return the quantity of that name, None if refused."""

@@ -47,7 +47,6 @@ class UnseenJoint:
     Attributes:
         joint: The joint, from 0.
         rel_error: Norm of the prediction error relative to that of the currents.
-        explained: Share of the squared currents that is predicted, one minus the square of `rel_error`.
         other_rel_error: As `rel_error`, relative, with the other gains or the unchanged model; None if there are none.
         fitted_rel_error: Norm of the residual relative to that of the currents, of the fitted motions; None for a model
             file.
@@ -63,7 +62,6 @@ class UnseenJoint:
 
     joint: int
     rel_error: float | None = None
-    explained: float | None = None
     other_rel_error: float | None = None
     fitted_rel_error: float | None = None
     largest_rel_error: float | None = None
@@ -257,7 +255,6 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
             UnseenJoint(
                 joint=j,
                 rel_error=rel_error,
-                explained=None if rel_error is None else 1.0 - rel_error**2,
                 other_rel_error=None if other is None else shares[1].get(j),
                 fitted_rel_error=None if rel_error is None or fit is None else fit.fitted,
                 largest_rel_error=_largest(system, unseen, found, j, *gain_of[j]) if j in gain_of else None,

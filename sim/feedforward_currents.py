@@ -227,17 +227,15 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
         whole if at_once and whole else effect.term([acts.errors], [acts.build])
         for effect, whole in zip(active, along, strict=True)
     ]
-    for moment in [step] if at_once else _moments(step, states.t):
+    fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
+    one_by_one = (  # as views, for effects with memory
+        replace(step, t=t, **{name: getattr(step, name)[k : k + 1] for name in fields})
+        for k, t in enumerate(states.t.tolist())
+    )
+    for moment in [step] if at_once else one_by_one:
         for add in terms:
             add(moment)
     return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
-
-
-def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
-    """Return the samples of a motion one by one, as views, for effects with memory."""
-    fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
-    rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
-    return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
 
 
 @lru_cache(maxsize=TABLES_KEPT)
@@ -261,10 +259,14 @@ def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Ar
         all_joints[:, own] = x
     if not len(free):
         return inverse_dynamics(model, *states)
+    if np.ptp(model.tendon_lengthspring, axis=1).any():
+        raise PlantError(
+            "joints are inside their backlash gaps, where no current holds a position; simulate the motion instead"
+        )
     q, torque = states[0], states[0]
     rate = 2j * np.pi / duration * np.arange(len(q) // 2 + 1)[:, None]
     carried = np.where(model.jnt_stiffness > 0.0, model.body_subtreemass[model.jnt_bodyid], 0.0)  # none by links
-    opposed = (_springs(model) + rate * model.dof_damping + rate**2 * carried)[:, free]  # torque per displacement
+    opposed = (own_stiffness(model) + rate * model.dof_damping + rate**2 * carried)[:, free]  # torque per displacement
     upright = _upright(model, q, free)
     change = np.inf
     for _ in range(YIELD_ITERATIONS):
@@ -295,12 +297,3 @@ def _upright(model: mujoco.MjModel, q: Array, free: Indices) -> Array:
         for k in springs:
             row[k : k + 3, k : k + 3] = data.xmat[model.jnt_bodyid[free[k]]].reshape(3, 3)
     return found
-
-
-def _springs(model: mujoco.MjModel) -> Array:
-    """As `own_stiffness`; raises `PlantError` for a link inside its backlash gap."""
-    if np.ptp(model.tendon_lengthspring, axis=1).any():
-        raise PlantError(
-            "joints are inside their backlash gaps, where no current holds a position; simulate the motion instead"
-        )
-    return own_stiffness(model)

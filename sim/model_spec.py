@@ -222,7 +222,10 @@ def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compile
     from_shapes = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     for shape in [geom for geom in spec.geoms if geom.meshname in unusable]:
         link, weighs = shape.parent, shape.mass != 0.0 and shape.density != 0.0  # NaN where no mass is stated
-        counts = from_shapes and weighs and not link.explicitinertial and _moves(link)
+        moving = link
+        while moving is not None and not moving.joints:
+            moving = moving.parent
+        counts = from_shapes and weighs and not link.explicitinertial and moving is not None
         if counts and (arm is None or any(link is each for each in arm)):
             fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
             raise PlantError(
@@ -261,9 +264,3 @@ def _is_solid(mesh: mujoco.MjsMesh, file: Path) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _moves(body: mujoco.MjsBody) -> bool:
-    while body is not None and not body.joints:
-        body = body.parent
-    return body is not None

@@ -54,16 +54,16 @@ class FullRate:
 
     @cached_property
     def dating(self) -> Array:
-        """Speeds that locate reversals, at the rate of the recording, shape (samples, n)."""
-        return smooth_motion(self.recording.q, self.recording.period, self._dating_hz())[1]
+        """Speeds that locate reversals, at the rate of the recording, shape (samples, n).
 
-    def _dating_hz(self) -> float:
-        """Cut-off of these speeds: white noise in positions gives them a variance of (2 pi)^2 N f^3 / 3."""
+        White noise of density N in positions gives them a variance of (2 pi)^2 N f^3 / 3 below the cut-off f.
+        """
         allowed = 3.0 * DATED**2 * np.mean(self.dq**2, axis=0)
         noise = (2.0 * np.pi) ** 2 * self.noise
         quiet = float(np.min(np.cbrt(np.divide(allowed, noise, out=np.full_like(noise, np.inf), where=noise > 0.0))))
         highest = min(SHARPEST * self.cutoff_hz, SHARE_OF_RATE / self.recording.period)
-        return max(self.cutoff_hz, min(quiet, highest))
+        cutoff_hz = max(self.cutoff_hz, min(quiet, highest))
+        return smooth_motion(self.recording.q, self.recording.period, cutoff_hz)[1]
 
     def sampled(self, x: Array) -> Array:
         """Convert a signal from the rate of the recording to the samples here, shape (N, ...)."""

@@ -36,8 +36,6 @@ from ident.support.options import MEASURED, refuse_outside
 
 PIECE = 128
 """Number of samples that D is applied to at once: D is banded, and longer pieces multiply mostly zeros."""
-FASTEST_PERIOD = 1e-5
-"""Smallest plausible sampling interval [s]."""
 LONGEST_DELAY = 1.0
 """Longest delay between the stamp of a current and its action [s]; real ones are a few periods of the controller."""
 REGRESSOR_RATE = 32.0
@@ -180,8 +178,6 @@ def observe(
         recording = resampled(recording)
     duration, nyquist = float(recording.t[-1] - recording.t[0]), 0.5 / recording.period
     highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
-    if recording.period < FASTEST_PERIOD:
-        raise RecordingError(f"sampled every {recording.period:.3g} s; is t in seconds?", recording.name)
     if highest >= nyquist:
         raise RecordingError(
             f"sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; choose one below "

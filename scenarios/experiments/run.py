@@ -259,8 +259,9 @@ def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tupl
     """
     own = {name: np.random.SeedSequence(each).spawn(motions) for name, each in replaced.items()}
     return tuple(
-        noise_streams(np.random.default_rng(child)).replaced(
-            {name: np.random.default_rng(children[k]) for name, children in own.items()}
-        )
+        {
+            **noise_streams(np.random.default_rng(child)),
+            **{name: np.random.default_rng(children[k]) for name, children in own.items()},
+        }
         for k, child in enumerate(np.random.SeedSequence(seed).spawn(motions))
     )

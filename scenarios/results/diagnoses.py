@@ -39,10 +39,10 @@ IDENTIFIED = (
     "question."
 )
 TOLD = (
-    "Errors are norms, in % of the rms current of the joint; explained is the share of its squared currents. At most "
-    "expected: three times the cross-validation error of the fit, combined with the standard deviations of arm, gain "
-    "and payload; 15 % at most. Gain error by payload: error of the gain, with 2 sigma, if the payload is as "
-    "specified, from this motion and the bare ones; positive if the gain is too large. The test fails beyond 3 sigma."
+    "Errors are norms, in % of the rms current of the joint. At most expected: three times the cross-validation error "
+    "of the fit, combined with the standard deviations of arm, gain and payload; 15 % at most. Gain error by payload: "
+    "error of the gain, with 2 sigma, if the payload is as specified, from this motion and the bare ones; positive if "
+    "the gain is too large. The test fails beyond 3 sigma."
 )
 
 
@@ -205,7 +205,6 @@ def unseen_parts(
     columns: list[ColumnOf[UnseenJoint]] = [
         column("Joint", lambda joint: joint.joint + 1),
         share("Prediction\nerror", "rel_error"),
-        share("Explained", "explained", ".2f"),
     ]
     columns += [share(f"Error,\n{other}", "other_rel_error")] if found.verdict is not None else []
     columns += [share("Residual\nof the fit", "fitted_rel_error")] if found.fitted else []

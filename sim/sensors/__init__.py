@@ -49,7 +49,7 @@ def noise_streams(rng: np.random.Generator) -> NoiseStreams:
     """Return the streams of one generator: a child generator for every sensor that draws random numbers."""
     drawing = [sensor for sensor in SENSORS.values() if sensor.streams]
     children = zip(drawing, rng.spawn(len(drawing)), strict=True)
-    return NoiseStreams({name: child for sensor, child in children for name in sensor.streams})
+    return {name: child for sensor, child in children for name in sensor.streams}
 
 
 def check_rate(options: SensorOptions, rate_hz: float) -> None:
@@ -65,7 +65,7 @@ def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: 
     log = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz)
     for sensor in SENSORS.values():
         if streams is not None or not sensor.streams:
-            log = sensor.logs(options, log, streams or NoiseStreams({}))
+            log = sensor.logs(options, log, streams or {})
     return log
 
 

@@ -7,7 +7,7 @@ on the values of all sensors as that of its own class (`Clock.logs(options, log,
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -15,20 +15,8 @@ from ident.support.arrays import Array
 from ident.support.options import refuse_outside
 from sim.errors import PlantError
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoiseStreams:
-    """Random numbers of one motion, with a generator for each kind of noise."""
-
-    generators: Mapping[str, np.random.Generator]
-
-    def __getitem__(self, name: str) -> np.random.Generator:
-        """Return the generator of one kind."""
-        return self.generators[name]
-
-    def replaced(self, others: Mapping[str, np.random.Generator]) -> "NoiseStreams":
-        """Return a copy with other generators for some kinds."""
-        return NoiseStreams({**self.generators, **others})
+NoiseStreams: TypeAlias = Mapping[str, np.random.Generator]
+"""Random numbers of one motion: a generator for each kind of noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ident.recordings.description import FIXED, OWN, LogDescription, described
 from ident.support.arrays import Array
@@ -37,14 +38,6 @@ Entries: TypeAlias = Mapping[str, tuple[str, str]]
 """Column and unit of each joint; the unit is empty if the file does not imply it."""
 
 
-class Series(Protocol):
-    """A column of a data frame."""
-
-    def to_numpy(self) -> np.ndarray:
-        """Its values, shape (N,)."""
-        ...
-
-
 @runtime_checkable
 class DataFrame(Protocol):
     """A data frame, as of pandas."""
@@ -54,7 +47,7 @@ class DataFrame(Protocol):
         """Names of its columns."""
         ...
 
-    def items(self) -> Iterable[tuple[object, Series]]:
+    def items(self) -> Iterable[tuple[object, ArrayLike]]:
         """Names and columns."""
         ...
 

@@ -100,13 +100,14 @@ def open_matlab(path: Path, description: LogDescription) -> Table:
 
 def open_json_lines(path: Path, _: LogDescription) -> Table:
     """Read a file with one JSON object per line and sample."""
+    import pyarrow as pa
     import pyarrow.json as pj
 
     place = one_line(path)
     check_file(path, most_bytes=LARGEST_JSON, error=RecordingError)
     with readable(place, "JSON lines, an object with the same keys per line"):
         table: pa.Table = pj.read_json(path)
-        while any(map(_is_struct, table.schema.types)):
+        while any(isinstance(kind, pa.StructType) for kind in table.schema.types):
             table = table.flatten()
 
     def read(names: Sequence[str]) -> "pa.Table":
@@ -119,7 +120,7 @@ def frame_table(frame: object) -> Table:
     """Return the table of a data frame; raises `RecordingError` for another object."""
     if not isinstance(frame, DataFrame):
         raise RecordingError(f"a log is {type(frame).__name__}; expected a path or a data frame")
-    return array_table("data frame", {str(name): column.to_numpy() for name, column in frame.items()})
+    return array_table("data frame", {str(name): np.asarray(column) for name, column in frame.items()})
 
 
 def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
@@ -184,12 +185,6 @@ def arrow_table(
         return {name: _numbers(place, name, table[name], dated=name in dated) for name in names}
 
     return table_of(place, widths, arrays)
-
-
-def _is_struct(kind: object) -> bool:
-    import pyarrow as pa
-
-    return isinstance(kind, pa.StructType)
 
 
 def _is_list(kind: object) -> bool:

@@ -1,4 +1,4 @@
-"""A digital joint controller, tuned on its model of the arm, whose law is in `sim.closed_loop`.
+"""A digital joint controller, tuned on its model of the arm, whose law is in `sim.record`.
 
     Kp = M w^2,   Kd = 2 zeta w M,   Ki = 2 pi f_i Kp,   w = 2 pi bandwidth
 

@@ -103,13 +103,13 @@ def warmth_before(
 ) -> Array | SimulationError | None:
     """Return the temperature rise at the start of motion i [K], shape (n,); None if cold or without effect.
 
-    `ended` has the final rise of the earlier motions, or their errors; raises `PlantError` without the preceding one.
+    `ended` has the final rise of the earlier motions, or their errors; `PlantError` without the preceding one.
     """
     experiment = experiments[i]
     if not is_carried(experiment) or not experiment.earlier:
         return None
     if i == 0 or experiments[i - 1].earlier != experiment.earlier - 1 or i - 1 not in ended:
-        raise PlantError(
+        return PlantError(
             f"{experiment.name}: motion {experiment.earlier + 1}: drives warm up, but the preceding "
             "motion is missing; pass all motions in order of time"
         )

@@ -93,7 +93,8 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
             for share in (0.5, 1.0):
                 before = after_warm_up(motion, _feedforward(motion, rate_hz, before)[0], share)
         elif (carried := warmth_before(experiments, i, ended)) is not None:
-            assert not isinstance(carried, SimulationError), "none is kept"
+            if isinstance(carried, SimulationError):
+                raise carried
             before = carried
         v, ended[i] = _feedforward(experiment, rate_hz, before)
         found.append(v)

@@ -1,7 +1,18 @@
-"""`record`: simulate a plant's motions in closed loop and return the recordings."""
+"""`record`: simulate a plant's motions in closed loop and return the recordings.
+
+The control law, in NumPy between the steps of MuJoCo, from encoder readings to currents in every control period:
+
+    dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
+    s    <- s + Ki T (q_ref - q)                       integral action, if any
+    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all divided by g_assumed
+
+limited by the drive to |v| <= v_max (`sim.plant`). q is the encoder reading, so encoder noise enters v through the
+loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
+motion (`sim.controller`) and called reference.
+"""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from operator import itemgetter
@@ -12,10 +23,9 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, closed_loop, no_progress
 from sim.controller import Controller, tuned
 from sim.engine import Engine, Simulation, acting, varies
-from sim.errors import PlantError, SimulationError
+from sim.errors import SimulationError
 from sim.experiment import (
     Experiment,
     after_warm_up,
@@ -28,8 +38,17 @@ from sim.experiment import (
 )
 from sim.model_spec import silenced
 from sim.plant import Layout, layout, plant_model, resting
-from sim.sensors import check_rate, logged, noise_streams
+from sim.sensors import SENSORS, check_rate, logged, noise_streams
 from sim.sensors.sensor import NoiseStreams
+
+CHUNK = 100
+"""Number of control periods whose references are gathered and whose logs are stored together; they fit in the cache."""
+Advanced = Callable[[float], None]
+"""Callback that receives the simulated time since the last call, summed over all simulations [s]."""
+
+
+def no_progress(seconds: float) -> None:
+    """Callback that does nothing."""
 
 
 def record(
@@ -71,47 +90,38 @@ def each_record(
     for i, experiment in enumerate(experiments):
         waves[experiment.earlier if is_carried(experiment) else 0].append(i)
     for _, wave in sorted(waves.items()):
-        ready: list[tuple[int, _Run]] = []
-        warm = _warm([(i, experiments[i]) for i in wave if starts_warm(experiments[i])], models, threads)
-        for i in wave:
-            try:
-                warmth = warm[i] if i in warm else warmth_before(experiments, i, ended)
-                ready.append((i, _prepared(experiments[i], streams[i], models, warmth)))
-            except SimulationError as error:
-                ended[i] = error
-                yield i, error
-        for i, run, log in _run_all(ready, threads, advanced):
+        warm: dict[int, Array | SimulationError] = {
+            i: np.zeros(experiments[i].plant.robot.n) for i in wave if starts_warm(experiments[i])
+        }
+        for share in (0.5, 1.0):  # the midpoint rule
+            silent = noise_streams(np.random.default_rng(0))
+            motions = {i: _Start(warming_motion(experiments[i]), silent, warmth) for i, warmth in warm.items()}
+            for i, log in _outcomes(motions, models, threads, no_progress):
+                warm[i] = log if isinstance(log, SimulationError) else after_warm_up(experiments[i], log.v, share)
+        starts = {
+            i: _Start(experiments[i], streams[i], warm[i] if i in warm else warmth_before(experiments, i, ended))
+            for i in wave
+        }
+        for i, log in _outcomes(starts, models, threads, advanced):
             if is_carried(experiments[i]):
                 ended[i] = log if isinstance(log, SimulationError) else log.warmth
             if isinstance(log, SimulationError):
                 yield i, log
                 continue
-            e = run.experiment
-            seen = logged(log.q, log.v, e.controller.rate_hz, e.sensors, run.noise)
+            e = experiments[i]
+            seen = logged(log.q, log.v, e.controller.rate_hz, e.sensors, streams[i])
             yield i, Recording(seen.t, seen.q, seen.v, e.name)
 
 
 _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
 
 
-def _warm(
-    experiments: Sequence[tuple[int, Experiment]], models: _Models, threads: int
-) -> dict[int, Array | SimulationError]:
-    """Return the temperature rise of drives after a warm-up [K], by the midpoint rule (`sim.experiment`)."""
-    found: dict[int, Array | SimulationError] = {i: np.zeros(each.plant.robot.n) for i, each in experiments}
-    for share in (0.5, 1.0) if experiments else ():
-        ready: list[tuple[int, _Run]] = []
-        for i, experiment in experiments:
-            warmth, motion = found[i], warming_motion(experiment)
-            if isinstance(warmth, SimulationError):
-                continue
-            try:
-                ready.append((i, _prepared(motion, noise_streams(np.random.default_rng(0)), models, warmth)))
-            except PlantError as error:
-                found[i] = error
-        for i, run, log in _run_all(ready, threads, no_progress):
-            found[i] = log if isinstance(log, SimulationError) else after_warm_up(run.experiment, log.v, share)
-    return found
+class _Start(NamedTuple):
+    """An experiment, and the temperature rise of its drives, None for cold ones, or why there is none."""
+
+    experiment: Experiment
+    noise: NoiseStreams
+    warmth: Array | SimulationError | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,10 +129,10 @@ class _Run:
     """An experiment ready to run."""
 
     experiment: Experiment
+    noise: NoiseStreams
     simulation: Simulation
     controller: Controller
     substeps: int
-    noise: NoiseStreams
 
 
 class _Done(NamedTuple):
@@ -133,10 +143,32 @@ class _Done(NamedTuple):
     warmth: Array
 
 
-def _prepared(
-    experiment: Experiment, noise: NoiseStreams, models: _Models, warmth: Array | SimulationError | None
-) -> _Run:
+def _outcomes(
+    starts: Mapping[int, _Start], models: _Models, threads: int, advanced: Advanced
+) -> Iterator[tuple[int, _Done | SimulationError]]:
+    """Run experiments, sharing batches where possible."""
+    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
+    for i, start in starts.items():
+        try:
+            run = _prepared(start, models)
+        except SimulationError as error:
+            yield i, error
+            continue
+        samples, period = len(run.controller.reference), run.controller.period
+        groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
+    for (_, _, steps, _), members in groups.items():
+        runs = [run for _, run in members]
+        with silenced():
+            engine = Engine([run.simulation for run in runs], substeps=steps, threads=threads)
+            logs = _closed_loop(engine, runs, advanced)
+        for (i, run), q, v, warmth, unstable in zip(members, *logs, engine.warmth(), engine.unstable(), strict=True):
+            failed = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable))
+            yield i, failed or _Done(q, v, warmth)
+
+
+def _prepared(start: _Start, models: _Models) -> _Run:
     """Compile and tune; experiments with the same plant, load, step and number of earlier motions share a model."""
+    experiment, noise, warmth = start
     if isinstance(warmth, SimulationError):
         raise warmth
     steps = substeps(experiment)
@@ -147,34 +179,102 @@ def _prepared(
     if key not in models:
         models[key] = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
-    start = resting(plant, model, controller.q_ref[0])
-    simulation = Simulation(model=model, start=start)
+    simulation = Simulation(model=model, start=resting(plant, model, controller.q_ref[0]))
     if varies(plant.errors):
         acts = acting(plant, model, step=step, earlier=earlier, warmth=warmth)
-        simulation = Simulation(model=copy(model), start=start, varied=acts)
-    return _Run(experiment, simulation, controller, steps, noise)
+        simulation = Simulation(model=copy(model), start=simulation.start, varied=acts)
+    return _Run(experiment, noise, simulation, controller, steps)
 
 
-def _run_all(
-    ready: Sequence[tuple[int, _Run]], threads: int, advanced: Advanced
-) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
-    """Run the prepared experiments, sharing batches where possible."""
-    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
-    for i, run in ready:
-        samples, period = len(run.controller.reference), run.controller.period
-        groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
-    for (_, _, steps, _), members in groups.items():
-        runs = [run for _, run in members]
-        with silenced():
-            engine = Engine([run.simulation for run in runs], substeps=steps, threads=threads)
-            found = closed_loop(
-                engine,
-                [run.controller for run in runs],
-                np.stack([run.experiment.plant.drives.current_limit for run in runs]),
-                [run.experiment.sensors for run in runs],
-                [run.noise for run in runs],
-                advanced=advanced,
-            )
-        for (i, run), q, v, warmth, unstable in zip(members, *found, engine.warmth(), engine.unstable(), strict=True):
-            failed = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable))
-            yield i, run, failed or _Done(q, v, warmth)
+def _closed_loop(engine: Engine, runs: Sequence[_Run], advanced: Advanced) -> tuple[Array, Array]:
+    """Run B motions of equal length and period; return readings [rad] and currents of all periods, each (B, N, n)."""
+    controllers, sensors = [run.controller for run in runs], [run.experiment.sensors for run in runs]
+    samples, (B, n) = len(controllers[0].reference), engine.q.shape
+    q_log, v_log = np.empty((2, B, samples, n))
+    made = [sensor.reader(sensors, [run.noise for run in runs], n) for sensor in SENSORS.values()]
+    readers = [reader for reader in made if reader is not None]
+    periods = ControlPeriods(controllers, min(CHUNK, samples))
+    q, current, readings = engine.q, engine.current, list(periods.reading)
+    for start in range(0, samples, CHUNK):
+        rows = slice(start, min(start + CHUNK, samples))
+        length = rows.stop - start
+        for i, controller in enumerate(controllers):
+            periods.reference[:length, i] = controller.reference[rows]
+            if periods.q_ref is not None:
+                periods.q_ref[:length, i] = controller.q_ref[rows]
+        for k in range(length):
+            reading = readings[k]
+            reading[...] = q
+            for distort in readers:
+                distort(reading)
+            if start + k == 0:
+                periods.switch_on(reading)
+            current[...] = periods.command(k)
+            engine.advance()
+        periods.go_on()
+        q_log[:, rows] = periods.reading[:length].transpose(1, 0, 2)
+        v_log[:, rows] = periods.v[:length].transpose(1, 0, 2)
+        advanced(B * length * controllers[0].period)
+    limits = np.stack([run.experiment.plant.drives.current_limit for run in runs])[:, None]
+    return q_log, np.clip(v_log, -limits, limits, out=v_log)
+
+
+class ControlPeriods:
+    """B controllers in a sequence of control periods, with their readings and commands.
+
+    With few simulations, the number of NumPy calls determines the computing time. Values that undergo the same
+    operation are therefore adjacent in memory, and all views are created once.
+
+    Attributes:
+        reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).
+        q_ref: Reference positions, written before the run, used only by the integral action [rad], shape (length, B,
+            n); None without integral action.
+        reading: Encoder readings, written right before the period is commanded [rad], shape (length, B, n).
+        v: Current references before saturation [drive units], shape (length, B, n).
+    """
+
+    def __init__(self, controllers: Sequence[Controller], length: int) -> None:
+        """Allocate the memory of a run of `length` control periods, for controllers of equal period."""
+        kp, self._kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
+        B, n = kp.shape
+        keeps, takes = (
+            np.repeat([[each] for each in shares], n, axis=1)
+            for shares in ([1.0 - c.blend for c in controllers], [c.blend / c.period for c in controllers])
+        )
+        self._coefficients = np.stack((-kp, keeps, np.ones((B, n)), takes))  # whole arrays: broadcasting costs
+        self._ki = ki if ki.any() else None
+        self._memory = np.zeros((length + 2, 4, B, n))  # a period before, then the run, then where its last one ends
+        self.reading, self.reference = self._memory[1:-1, 0], self._memory[1:-1, 2]
+        self.q_ref = None if self._ki is None else np.zeros((length, B, n))
+        self.v = np.zeros((length, B, n))
+        # Of a period: readings, speed estimate of the period before, reference, difference to the readings before. The
+        # results, reference minus position feedback and speed estimate, are where the next period has its first two.
+        rows = zip(self._memory, self._memory[1:], self._memory[2:], self.v, strict=False)
+        self._periods = [
+            (now[0], before[0], now[3], now, after[:2], after[0], after[1], v) for before, now, after, v in rows
+        ]
+        self._products, self._product = np.empty((4, B, n)), np.empty((B, n))
+        self._first, self._second = self._products[:2], self._products[2:]
+        self._integral = np.zeros((B, n))
+
+    def switch_on(self, reading: Array) -> None:
+        """Put the controllers at rest before the first period, at a reading [rad], shape (B, n)."""
+        self._memory[0, 0] = reading
+        self._memory[1, 1] = self._integral[:] = 0.0
+
+    def go_on(self) -> None:
+        """Continue from the last period."""
+        self._memory[0, 0], self._memory[1, 1] = self._memory[-2, 0], self._memory[-1, 1]
+
+    def command(self, k: int) -> Array:
+        """Compute the currents of period k from its reading and the preceding period: a row of `v`, shape (B, n)."""
+        reading, before, difference, known, after, left, dq, v = self._periods[k]
+        np.subtract(reading, before, difference)
+        np.multiply(self._coefficients, known, self._products)
+        np.add(self._first, self._second, after)
+        np.multiply(self._kd, dq, self._product)
+        np.subtract(left, self._product, v)
+        if self._ki is not None and self.q_ref is not None:
+            self._integral += self._ki * (self.q_ref[k] - reading)
+            np.add(v, self._integral, v)
+        return v

@@ -5,10 +5,9 @@ import pinocchio as pin
 import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
-from sim.closed_loop import ControlPeriods
 from sim.controller import Controller, ControllerOptions, tuned
 from sim.errors import PlantError
-from sim.record import record
+from sim.record import ControlPeriods, record
 from sim.trajectory import at_rest
 
 TUNING = ControllerOptions(
@@ -22,7 +21,7 @@ PERIODS = 300
 
 
 def documented(q: np.ndarray) -> np.ndarray:
-    """Currents for given readings: `sim.closed_loop` and `sim.controller` as written there, by scalars."""
+    """Currents for given readings: `sim.record` and `sim.controller` as written there, by scalars."""
     motion = short_motion()
     arm = pin.buildModelFromMJCF(str(RX90.model))
     arm.armature = np.array(BELIEF.rotor_inertia)

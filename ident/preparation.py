@@ -14,15 +14,14 @@ from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOI
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_from
-from ident.observation.following import following
-from ident.observation.observation import Observation, ObserveOptions, observe
+from ident.observation.observation import DEFAULTS, Observation, ObserveOptions, following, observe
 from ident.payload.payload import Payload
 from ident.recordings.checks import check_log
 from ident.recordings.recording import Motion, Recording, motions_of
 from ident.support.arrays import Mask
 from ident.support.errors import Contradiction, OptionError, RecordingError
 
-OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
+GAIN_DEFAULTS = GainOptions()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +133,7 @@ def prepare(
     motions: Sequence[Motion],
     robot: Arm | Structure,
     *,
-    observing: ObserveOptions = OBSERVE_DEFAULTS,
+    observing: ObserveOptions = DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     policy: Policy = DOUBTED,
 ) -> Prepared:
@@ -235,13 +234,11 @@ def _undelayed(prepared: Prepared) -> Prepared:
     if not delay:
         return prepared
     observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
-    structure, pairs = prepared.problem.structure, zip(prepared.parts, prepared.problem.motions, strict=True)
-    parts, motions = list[Part](), list[ObservedMotion]()
-    for part, motion in pairs:
-        parts.append(replace(part, observation=observe(part.recording, structure, observing, part.spoilt)))
-        motions.append(replace(motion, observation=parts[-1].observation))
-    problem = replace(prepared.problem, motions=tuple(motions))
-    return replace(prepared, parts=tuple(parts), problem=problem, observing=observing)
+    structure, motions = prepared.problem.structure, prepared.problem.motions
+    seen = [observe(part.recording, structure, observing, part.spoilt) for part in prepared.parts]
+    parts = tuple(replace(part, observation=each) for part, each in zip(prepared.parts, seen, strict=True))
+    motions = tuple(replace(motion, observation=each) for motion, each in zip(motions, seen, strict=True))
+    return replace(prepared, parts=parts, problem=replace(prepared.problem, motions=motions), observing=observing)
 
 
 def raise_for(diagnoses: Sequence[Diagnosis]) -> None:

@@ -22,9 +22,6 @@ from sim.plant import bare_arm
 from sim.robot import LARGEST
 from sim.trajectory import FourierTrajectory
 
-TABLES_KEPT = 16
-"""Number of cached tabulated motions; one of 20 s at 1 kHz takes 2 MB."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerOptions:
@@ -103,7 +100,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 
 
-@lru_cache(maxsize=TABLES_KEPT)
+@lru_cache(maxsize=16)  # a motion of 20 s at 1 kHz takes 2 MB
 def _tuned(
     belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions, stamp: int
 ) -> Controller:

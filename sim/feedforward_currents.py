@@ -41,8 +41,6 @@ from sim.model_spec import arm_joints, driven_joints, file_stamp, silenced
 from sim.plant import PayloadBody, Plant, bare_arm, plant_model
 from sim.trajectory import FourierTrajectory
 
-FEEDBACK_ITERATIONS = 100
-"""Largest number of iterations for friction that depends on the current."""
 SETTLED = 1e-10
 """Change in an iteration, relative to the largest current, at which the iteration ends."""
 MOTIONS_KEPT, PLANTS_KEPT, TABLES_KEPT = 4, 128, 64
@@ -55,11 +53,6 @@ SAMPLES_PER_HARMONIC, INERTIAS_PER_HARMONIC = 20, 10
 """Samples of torque (splines between) and of inertia (lines between) per period of a motion's highest harmonic."""
 PERIODIC = 30
 """Samples of the periods before and after: the effect of a spline's ends falls to 27 % from one knot to the next."""
-YIELD_ITERATIONS = 5
-"""Number of iterations; each but the first, which moves links to their motors, multiplies the error by the ratio of the
-load's stiffness to the spring's."""
-YIELDED = 0.01
-"""Largest change in the last iteration, as a share of the largest torque."""
 
 
 class States(NamedTuple):
@@ -192,7 +185,7 @@ def _settled(
     def warmed(v: Array) -> Array:
         return warming(errors, cold, (v / drives.current_limit) ** 2 if warms else np.zeros_like(v), 1.0 / rate_hz)
 
-    for _ in range(FEEDBACK_ITERATIONS):
+    for _ in range(100):  # friction depends on the current
         warm = warmed(v)[:-1] if warms else np.zeros_like(v)
         tau = rigid + _beside(acts, states, v, rigid, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
@@ -270,7 +263,7 @@ def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Ar
     opposed = (own_stiffness(model) + rate * model.dof_damping + rate**2 * carried)[:, free]  # torque per displacement
     upright = _upright(model, q, free)
     change = np.inf
-    for _ in range(YIELD_ITERATIONS):
+    for _ in range(5):  # after the first, the error falls by the load's stiffness over the spring's each time
         before, torque = torque, inverse_dynamics(model, *states)
         change = float(np.abs((torque - before)[:, own]).max())
         x, f = (np.fft.rfft((upright @ each[:, free, None])[:, :, 0], axis=0) for each in (q, torque))
@@ -279,7 +272,7 @@ def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Ar
         spectrum = np.fft.rfft(q[:, free], axis=0)
         for k in (1, 2):
             states[k][:, free] = np.fft.irfft(rate**k * spectrum, len(q), axis=0)
-    if not change <= YIELDED * np.abs(torque[:, own]).max():
+    if not change <= 0.01 * np.abs(torque[:, own]).max():
         raise PlantError(
             "what yields on springs is near its resonance, where the currents of perfect control are not found; "
             "simulate the motion instead, or use a stiffer spring"

@@ -27,8 +27,6 @@ LEAST_RADIUS = 0.03
 """Least radius, as a share of the reach: the sum of all lengths."""
 CLEARANCE = 0.03
 """Required distance from the floor and within the arm [m]."""
-POSES = 100
-"""Number of random positions; two shapes that are nearer than that at all of them are not compared."""
 FLOOR = "capsule_floor"
 PLANE, CAPSULE = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE
 CYLINDER, BOX = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
@@ -208,7 +206,7 @@ class Clearance:
         model, data = self._model, mujoco.MjData(self._model)
         lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-np.pi, np.pi)).T
         found: set[tuple[str, str]] | None = None
-        for q in np.random.default_rng(0).uniform(lower, upper, (POSES, model.njnt)):
+        for q in np.random.default_rng(0).uniform(lower, upper, (100, model.njnt)):
             contact = self._contacts(q, data)
             near = self._pairs(contact.geom[contact.dist < CLEARANCE])
             found = near if found is None else found & near

@@ -46,8 +46,6 @@ MARGIN = 1.15
 """Size of a picture relative to its content; also the spacing between neighbouring arms."""
 SLENDER = 4.0 / 3.0, 7.0 / 3.0
 """Aspect ratios (width over height) of pictures that are cropped to the arms."""
-TIMES = 40
-"""Number of times of the motions for the layout of a scene, unless times are given."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Corners of a box, relative to its half edges, shape (8, 3)."""
 
@@ -118,7 +116,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
     """
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)
-    instants = np.linspace(0.0, duration, TIMES) if times is None else np.array(times)
+    instants = np.linspace(0.0, duration, 40) if times is None else np.array(times)
     try:
         arms = [drawn_arm(each.plant.robot, each.plant.payload if each.loaded else None) for each in experiments]
         swept = [_swept(arm.copy().compile(), motion(instants)[0]) for arm, motion in zip(arms, motions, strict=True)]

@@ -36,8 +36,6 @@ STRONGEST_GRAVITY = 100.0
 """Largest plausible gravity [m/s^2]."""
 SINGULAR = 1e-6
 """Inverse of the condition number from which a transmission is singular."""
-NOT_TURNED = 1e-6
-"""Largest difference of a rotation times its transpose from 1."""
 PARTS = {
     "parent": {"link": 0},
     "child": {"link": 0},
@@ -214,7 +212,7 @@ def arm_from_pinocchio(model: "pin.Model", couplings: tuple[tuple[int, int], ...
             lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
         if lower[j] > upper[j]:
             raise RobotModelError(f"joint {name}: its range is reversed: from {lower[j]:.6g} to {upper[j]:.6g}")
-        if not np.abs(place.rotation @ place.rotation.T - np.eye(3)).max() < NOT_TURNED:
+        if not np.abs(place.rotation @ place.rotation.T - np.eye(3)).max() < 1e-6:
             raise RobotModelError(f"joint {name}: its body has no orientation; check its axes and angles")
         if not np.all(np.abs(place.translation) <= FARTHEST):
             raise RobotModelError(

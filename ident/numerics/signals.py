@@ -19,8 +19,6 @@ KERNEL_CUTOFFS = 3.3
 """Length of the decimation kernel in periods of its cut-off, which is then the width of the transition band."""
 SETTLING = 2.0
 """Duration of edge effects of a filtered recording, in periods of the cut-off."""
-NOISE_BLOCK = 256
-"""Number of samples per block for averaged spectra of noise."""
 NOISE_BAND = (0.25, 0.45)
 """Frequency band that has only noise, relative to the sampling rate."""
 
@@ -61,7 +59,7 @@ def noise_density(x: Array, period: float) -> Array:
     It is a one-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period [s] for pure noise N(0, sigma^2).
     """
     bent = np.diff(x, 2, axis=0)  # differentiation reduces leakage from slow motion
-    size = min(len(bent), NOISE_BLOCK)
+    size = min(len(bent), 256)
     f = np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
     power = power_density(bent, period, size)[1][upper]

@@ -29,11 +29,8 @@ LEAST = 1e-10
 SHOWN = 1e-9
 """Smallest share of a parameter in a base parameter above rounding."""
 MASS = INERTIAL.index("M")
-SMALLEST_BARRIER, SMALLER = 1e-11, 0.1
-"""Final weight of the barrier, in units of the squared distance, and the factor between successive weights."""
-MOST_STEPS = 100
-ENOUGH = 1e-12
-"""Predicted decrease of a Newton step, in units of the weight, below which the next weight is used."""
+SMALLEST_BARRIER = 1e-11
+"""Final weight of the barrier, in units of the squared distance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -153,9 +150,9 @@ def nearest_possible(fixed: Array, slopes: Array, wanted: Array, information: Ar
 
     x, weight = inside, 1.0
     while weight > SMALLEST_BARRIER:
-        for _ in range(MOST_STEPS):
+        for _ in range(100):
             step, promised = step_from(x, weight)
-            if promised < ENOUGH:
+            if promised < 1e-12:  # in units of the weight
                 break
             length, before = 1.0, cost(x, weight)
             while np.linalg.eigvalsh(fixed + np.tensordot(x + length * step, slopes, 1)).min() <= 0.0 or (
@@ -163,5 +160,5 @@ def nearest_possible(fixed: Array, slopes: Array, wanted: Array, information: Ar
             ):
                 length *= 0.5
             x = x + length * step
-        weight *= SMALLER
+        weight *= 0.1
     return x

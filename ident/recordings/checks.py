@@ -59,8 +59,6 @@ BESIDE = 10
 """Number of stamps to either side of an interval whose median delays are compared."""
 SURE = 3.0
 """Number of standard deviations by which such a difference must exceed half a period."""
-ROUNDS = 3
-"""Number of iterations over all intervals, each with the results of the neighbours."""
 DEVIATION = 1.4826
 """Ratio of a normal variable's standard deviation to its median magnitude."""
 
@@ -253,7 +251,7 @@ def intervals_of(t: Array) -> Intervals:
     if supposed.any():
         short = 1.0 - float(periods.min())
         plain = (periods > LOST + short) & (short < LOST - 1.0) | (periods > LARGEST_GAP)
-        for _ in range(ROUNDS):
+        for _ in range(3):  # each with the results of the neighbours
             later = _later(periods - missing)
             spread = DEVIATION * np.median(np.abs(later))
             for_good = np.minimum(missing + later, supposed)

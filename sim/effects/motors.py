@@ -26,9 +26,6 @@ from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
 
-PHASE = 1.0
-"""Phase of ripple relative to cogging [rad]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Cogging(Effect):
@@ -50,7 +47,7 @@ class Cogging(Effect):
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
         gain, angle = drives["gain"], values["motor_waves"] * step.q
-        ripple = values["torque_ripple"] * gain * np.sin(angle + PHASE) * (step.v - drives["amplifier_offset"])
+        ripple = values["torque_ripple"] * gain * np.sin(angle + 1.0) * (step.v - drives["amplifier_offset"])
         step.torque[:] += ripple - values["cogging"] * np.abs(gain) * drives["current_limit"] * np.sin(angle)
 
 

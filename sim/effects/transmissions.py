@@ -33,8 +33,6 @@ SOFTEST = 0.1
 """Largest compliance [rad/(N m)]: one radian under 10 N m."""
 MASSLESS = 1e-12
 """Mass [kg] and inertia [kg m^2] of a motor's body, positive as MuJoCo requires; the armature is the rotor."""
-SAG_ITERATIONS = 20
-"""Number of iterations; each multiplies the error by gravity's over the transmission's stiffness, about 0.03."""
 NOTHING = 1e-9
 """Torque [N m] below which rounding errors dominate: it moves no link to either side."""
 
@@ -195,7 +193,7 @@ def sag(model: mujoco.MjModel, state: Array) -> None:
     """Move the joints without a drive to the equilibrium of their springs and gravity."""
     data, free = mujoco.MjData(model), np.delete(np.arange(model.nv), driven_joints(model))
     compliance = 1.0 / own_stiffness(model)[free]
-    for _ in range(SAG_ITERATIONS):
+    for _ in range(20):  # the error falls by gravity's over the transmission's stiffness each time, about 0.03
         data.qpos[:] = state
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)

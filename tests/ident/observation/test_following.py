@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.observation.following import following
-from ident.observation.observation import ObserveOptions
+from ident.observation.observation import ObserveOptions, following
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 

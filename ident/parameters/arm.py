@@ -1,15 +1,8 @@
-"""The arm from bare motions: ratios of gains, base parameters and friction, and a forecast of a loaded motion.
+"""The arm from bare motions: ratios of gains, base parameters and friction.
 
 Without a payload the gains are known up to a common factor; shared link parameters determine their ratios. With one
 gain fixed to 1, the model of all joints gives log |g_j| - log |g_r| of every joint j relative to a joint r, and all
 parameters in the unit of g_r. With known gains, the same fit has all parameters in SI.
-
-Forecast: with approximately known gains g the same motion with a payload would need the currents
-
-    V' = V + W_L chi_L / g,
-
-so the rows of the bare motions plus this term represent the loaded ones, including residuals; the estimate from both is
-that of real motions, except for load-dependent friction.
 """
 
 from collections.abc import Sequence
@@ -19,11 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from ident.estimation.all_joints import Fit
-from ident.estimation.estimate import IdentifiedGain, ratio_refusal
-from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
+from ident.estimation.estimate import ratio_refusal
+from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
 from ident.estimation.intervals import UNCERTAINTIES, deviations
 from ident.estimation.known_gains import KnownGains, Shares, held, shares
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns
 from ident.estimation.selection import AlternativeModel, Selected
 from ident.estimation.setting import GivenGain, Setting
@@ -281,40 +274,6 @@ def surest(C: Array, most: float) -> int:
 def _relative(C: Array) -> Array:
     """Return the standard deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
     return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))
-
-
-def forecast_gains(
-    problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, ratios: GainRatios
-) -> tuple[float | str, ...]:
-    """Return the expected relative standard deviation of every gain with a planned payload, or why there is none.
-
-    `in_si` is the arm with known gains, `ratios` are those from the bare motions of `problem`, which would be
-    repeated. Raises `NotIdentifiable` if no parameter of the payload is known.
-    """
-    if payload.known == "none":
-        raise NotIdentifiable(
-            "no parameter of the payload to be mounted is known, so it determines no gain; give its mass"
-        )
-    assert in_si.gains is not None, "of an arm with known gains"
-    joints = in_si.gains.joints
-    loaded = [as_if_loaded(each, payload, 1.0 / in_si.selected.final.h) for each in problem.motions]
-    estimate = all_joints_gains(replace(problem, motions=(*problem.motions, *loaded)), options)
-    forecast = list[float | str](
-        abs(each.std / each.value) if isinstance(each, IdentifiedGain) else each.reason for each in estimate.joints
-    )
-    tied = ratios.given & bool(ratios.given[joints].any())
-    for j in np.flatnonzero(~tied & ~np.isin(np.arange(len(forecast)), joints)):
-        forecast[j] = (
-            "its gain is neither given nor identifiable relative to a given one, so the payload's torque is unknown"
-        )
-    return tuple(forecast)
-
-
-def as_if_loaded(motion: ObservedMotion, payload: Payload, gain: Array) -> ObservedMotion:
-    """Return a bare motion with the added torque of a payload; gains [N m / drive unit] of shape (n,)."""
-    joints, chi = zip(motion.observation.joints, gain.tolist(), strict=True), payload.known_part().chi
-    rows = tuple(replace(each, V=each.V + each.W_L @ chi / g) for each, g in joints)
-    return ObservedMotion(replace(motion.observation, joints=rows), payload)
 
 
 def predicted_torque(system: Columns, base: Array, payload: Payload | None) -> Array:

@@ -115,8 +115,6 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     inputs.add_gains_argument(parser, needed=False, text="for bare recordings only: known or a-priori gains")
-    text = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
-    add("--if-loaded", type=arguments.file, metavar="P", help=text)
     text = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
     add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
     text = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
@@ -139,7 +137,6 @@ def identify_command(options: argparse.Namespace) -> Status:
     from ident.identification import identify
     from ident.observation.observation import ObserveOptions
     from ident.parameters.weighing import outcome_of_other_gains
-    from ident.payload.payload import read_payload
     from ident.support.options import options_from_words
     from ident.unseen import predict_unseen
     from scenarios.experiments.robots import model_links
@@ -166,7 +163,6 @@ def identify_command(options: argparse.Namespace) -> Status:
     policy = inputs.policy_of(options)
     given = options.gains if bare else options.compare_with
     known = None if given is None else inputs.known_gains(given, arm)
-    planned = None if options.if_loaded is None else read_payload(options.if_loaded)
     fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
 
     def origin(observing: ObserveOptions) -> GivenProblem:
@@ -190,7 +186,6 @@ def identify_command(options: argparse.Namespace) -> Status:
                 gains=limits,
                 options=options_from_words(AllJointsOptions, options.option),
                 known=known,
-                payload=planned,
                 policy=policy,
             )
         else:
@@ -228,7 +223,6 @@ def identify_command(options: argparse.Namespace) -> Status:
                 kind=kind,
                 title=title,
                 command=options.command_line,
-                payload=planned,
                 believed=options.gains,
                 fit=fit,
             )
@@ -245,17 +239,12 @@ def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:
     found = "for bare recordings only; loaded recordings identify the gains, so remove it"
     refused = (
         (not bare and options.gains, f"--gains: {found}"),
-        (not bare and options.if_loaded, f"--if-loaded: {found}"),
         (
             bare and options.compare_with,
             f"--compare-with: bare recordings have no payload to estimate; {instead}, or use --gains G",
         ),
         (bare and options.unseen, f"--unseen: bare recordings give no gains to predict with; {instead}"),
         (bare and options.gains_out, f"--gains-out: bare recordings give only ratios of gains; {instead}"),
-        (
-            options.if_loaded and not options.gains,
-            "--if-loaded: the forecast needs approximate gains; add --gains G, for example from a data sheet",
-        ),
         (
             bare and options.method != NAME,
             f"--method {options.method} needs a payload; with bare recordings only, {NAME} gives the ratios",

@@ -19,7 +19,7 @@ from ident.estimation.problem import GainOptions
 from ident.identification import doubts, estimate_by
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.parameters.arm import PLAIN, BareArm, arm_in_SI, forecast_gains, gain_ratios
+from ident.parameters.arm import PLAIN, BareArm, arm_in_SI, gain_ratios
 from ident.parameters.links import nearest_links
 from ident.parameters.payload import FoundPayload, payload_of
 from ident.parameters.weighing import ANY_MASS, UNKNOWN, Verification, as_stated, verified
@@ -32,7 +32,7 @@ from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
 from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
 from scenarios.rendering.result import ResultModel
-from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint, Links
+from scenarios.results.bare import BareJoint, BareParameter, BareResult, Links
 from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.gains_file import GainsFile, recording_digest
 from scenarios.support.errors import ScenarioError
@@ -129,27 +129,20 @@ def bare_result(
     gains: GainOptions,
     options: AllJointsOptions,
     known: KnownGains | None,
-    payload: Payload | None,
     policy: Policy,
 ) -> tuple[BareResult, ObserveOptions]:
     """Return the results of motions with a bare flange, and the filters with the compensated delay.
 
-    With `known` gains, parameters are also in SI; with a planned `payload` too, the gains that it would give.
-    Raises `IdentificationError` if the recordings are not of this arm, differ in the scale of currents, or
-    determine no ratio; if the gains are not of this arm; if no parameter of the payload is known.
+    With `known` gains, parameters are also in SI. Raises `IdentificationError` if the recordings are not of this arm,
+    differ in the scale of currents, or determine no ratio; if the gains are not of this arm.
     """
     prepared = prepare(motions, robot.structure, observing=observing, gains=gains, policy=policy)
     diagnosed = doubts(prepared).found
     raise_for(diagnosed.diagnoses)
     found = gain_ratios(prepared.problem, options, known)
-    ratios, arm, expected = found.ratios, robot.structure.arm, None
+    ratios, arm = found.ratios, robot.structure.arm
     assert ratios is not None, "ratios were asked for"
     in_si = None if known is None else arm_in_SI(prepared.problem, options, known)
-    if in_si is not None and payload is not None:
-        forecast = forecast_gains(prepared.problem, options, payload, in_si, ratios)
-        stated = [(None, each) if isinstance(each, str) else (each, None) for each in forecast]
-        joints = [ExpectedJoint(joint=j, rel_std=std, reason=reason) for j, (std, reason) in enumerate(stated, 1)]
-        expected = ExpectedGains(mass=payload.mass, joints=joints)
     gain, off = ({}, {}) if known is None else (known.by_joint, ratios.against(known))
     share = {each.joint: each for each in predicted(found.selected.final.rows)}
     links = consistent_links(in_si, robot)
@@ -174,7 +167,6 @@ def bare_result(
         ],
         base_parameters=list(map(BareParameter.model_validate, found.inertial)),
         base_parameters_si=None if in_si is None else list(map(BareParameter.model_validate, in_si.inertial)),
-        if_loaded=expected,
         consistent=None if isinstance(links, str) else links,
         consistent_reason=links if isinstance(links, str) else None,
         notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],

@@ -100,21 +100,6 @@ class BareJoint(ResultModel):
     friction: list[BareParameter] = Field(description="Friction and offset of the joint")
 
 
-class ExpectedJoint(ResultModel):
-    """Expected accuracy of a joint's gain with a payload."""
-
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    rel_std: float | None = Field(description="Predicted relative standard deviation, null if refused")
-    reason: str | None = Field(description="Why the gain would be refused, null if it would not")
-
-
-class ExpectedGains(ResultModel):
-    """Expected gains if the same motions were repeated with a payload."""
-
-    mass: float = Field(description="Mass of the payload [kg]")
-    joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
-
-
 class Link(ResultModel, allow_inf_nan=False):
     """A physically consistent link, without bodies fixed to it."""
 
@@ -211,13 +196,12 @@ class BareResult(DiagnosedResult):
     base_parameters_si: list[BareParameter] | None = Field(
         description="Base parameters in SI units; null without gains"
     )
-    if_loaded: ExpectedGains | None = Field(description="Expected gains with a payload, null without `--if-loaded`")
     consistent: Links | None = Field(description="Physically consistent links nearest to the model's, null without any")
     consistent_reason: str | None = Field(description="Why there are no such links, null if there are")
     notes: list[str] = Field(description="What the method selected, and remarks")
 
     def parts(self) -> Iterable[Part]:
-        """Verdict, ratios, comparison with given gains, findings, forecast, parameters, friction, links."""
+        """Verdict, ratios, comparison with given gains, findings, parameters, friction, links."""
         body = [*self._ratios(), *self._parameters()]
         doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in body)
         others = [each for each in self.joints if each.joint != self.reference]
@@ -264,23 +248,6 @@ class BareResult(DiagnosedResult):
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes if note not in warnings)
         yield from horizon_fold(self.found)
-        if self.if_loaded is not None:
-            names = [each.name for each in self.joints]
-            yield table(
-                self.if_loaded.joints,
-                column("Joint", lambda each: each.joint),
-                column("Name", lambda each: names[each.joint - 1], words=True),
-                column("2 sigma of gain [%]", lambda each: two_sigma(each.rel_std, ".2g")),
-                column(
-                    "Verdict",
-                    lambda each: f"would be refused: {each.reason}" if each.reason else "would be identified",
-                    words=True,
-                ),
-                title=f"Forecast: the same motions repeated with the payload of {self.if_loaded.mass:g} kg",
-            )
-            yield Paragraph(
-                "The forecast assumes noise and friction as in these logs; load-dependent friction may increase it."
-            )
 
     def _parameters(self) -> Iterable[Part]:
         numbers: tuple[ColumnOf[tuple[int, BareParameter]], ...] = (

@@ -57,8 +57,8 @@ class RecordFile(ProblemFile):
     """A problem, its result, and the digests of the folder's files.
 
     `sources` are the original names of the recordings, `scenario` the name of the scenario of a run, and `scene` the
-    digest of its picture (`scene_digest`). For a check or bare motions, `payload` is the planned payload,
-    and for the latter `believed` the file of given gains.
+    digest of its picture (`scene_digest`). For a check, `payload` is the planned payload; for bare motions, `believed`
+    is the file of given gains.
     """
 
     kind: Kind
@@ -219,7 +219,6 @@ def again(folder: Path, record: RecordFile) -> str:
         words = ["rx90", "identify", "--model", model, *identify_words(folder, record.motions)]
         words += [] if record.method is None else ["--method", record.method]
         words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
-        words += ["--if-loaded", *payload] if record.kind == "bare" and payload else []
     words += coupling_words(record.robot.couplings)
     return shlex.join([*words, *option_words(record.observe, record.gains, record.options)])
 

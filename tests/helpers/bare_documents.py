@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 JOINT = dict.fromkeys(("ratio", "rel_std", "reason", "off", "off_std")) | {"predicted_rel_std": 0.0}
-NOTHING = dict.fromkeys(("base_parameters_si", "if_loaded", "consistent", "consistent_reason"))
+NOTHING = dict.fromkeys(("base_parameters_si", "consistent", "consistent_reason"))
 LISTS = {name: [] for name in ("notes", "diagnoses", "excluded", "untold")}
 
 

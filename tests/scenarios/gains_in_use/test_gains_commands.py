@@ -119,7 +119,7 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert all(0.0 < each["fitted_rel_error"] < each["predicted_rel_error"] for each in found["joints"])
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2
-    assert (found["if_loaded"], found["consistent"]) == (None, None)
+    assert found["consistent"] is None
     assert "--gains" in found["consistent_reason"]
     assert not any("is predicted with an error" in each for each in found["notes"])
     reference = found["joints"][found["reference"] - 1]
@@ -129,25 +129,19 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert f" to joint {found['reference']} is " in " ".join(said.split())
     assert "Essential base parameters, in SI" in said
     assert "Physically consistent links, in SI" in said
-    assert "If the same motions" not in said
-    payload = str(weighed_cell / "run" / "payload-heavy.toml")
-    assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--if-loaded", payload, "--json"]) == 0
+    assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--json"]) == 0
     found = printed(capsys, "identify-bare")
-    assert found["if_loaded"]["mass"] > 0.0
     own = read_gains(weighed_cell / "gains.toml").gains
     assert [each["gain"] for each in found["joints"]] == [each.estimate for each in own]
-    assert [each["joint"] for each in found["if_loaded"]["joints"]] == [1, 2, 3, 4, 5, 6]
-    assert all((each["rel_std"] is None) == (each["reason"] is not None) for each in found["if_loaded"]["joints"])
     assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6
     assert found["consistent_reason"] is None
     for more, complaint in (
         (["--gains-out", str(weighed_cell / "none.toml")], "bare recordings give only ratios of gains"),
         (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
-        (["--if-loaded", payload], "the forecast needs approximate gains"),
     ):
         assert complaint in refused(capsys, [*words, *more])
-    for name, value in (("--gains", str(weighed_cell / "gains.toml")), ("--if-loaded", payload)):
-        assert f"{name}: for bare recordings only" in refused(capsys, [*identified(weighed_cell), name, value])
+    words = [*identified(weighed_cell), "--gains", str(weighed_cell / "gains.toml")]
+    assert "--gains: for bare recordings only" in refused(capsys, words)
     assert "4000 Hz" in refused(capsys, [*words[:5], "--cutoff-hz", "4000"])
 
 

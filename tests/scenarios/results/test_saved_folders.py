@@ -152,7 +152,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     known = "\n".join(f'[[gains]]\njoint = {j}\nname = "joint{j}"\nestimate = 1.1\nstd = 0.1\n' for j in range(1, 7))
     sheet.write_text(known)
     words = ["--model", str(saved / "robot.xml"), "--unloaded", str(saved / "unloaded.parquet"), "--max-rel-std", "0.5"]
-    words += ["--option", "friction=viscous-coulomb", "--gains", str(sheet), "--if-loaded", str(saved / "payload.toml")]
+    words += ["--option", "friction=viscous-coulomb", "--gains", str(sheet)]
     folder = tmp_path / "new"
     assert main(["identify", *words, "--save", str(folder)]) == 0
     assert kind_of(folder) == "bare"
@@ -172,16 +172,14 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     )
     text = " ".join(part.text for part in report.parts if isinstance(part, Paragraph))
     assert all((f"Joint {k}: {told['joints'][k - 1]['reason']}." in text) != given[k] for k in given)
-    titles = [part.title for part in report.parts if isinstance(part, Table)]
-    assert any(title.startswith("Forecast: the same motions repeated with the payload of") for title in titles)
     assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
     again = [part.text for part in report.parts if isinstance(part, Line)][1]
     given = shlex.split(again)
-    for option in ("--gains", "--if-loaded", "--unloaded"):
+    for option in ("--gains", "--unloaded"):
         assert given[given.index(option) + 1].startswith(str(folder))
     assert "--loaded" not in given
     assert given[given.index("--option") + 1] == "friction=viscous-coulomb"
-    assert {"payload.toml", "gains.toml", "result.json"} < set(read_record(folder).files)
+    assert {"gains.toml", "result.json"} < set(read_record(folder).files)
     assert report.parts[0].mood is Mood.PLAIN
     monkeypatch.setattr("scenarios.results.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
     verdict = page_of(folder).parts[0]

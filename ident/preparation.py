@@ -88,25 +88,17 @@ class Examined:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prepared:
-    """Prepared logs.
+    """Prepared logs."""
 
-    Attributes:
-        motions: Repaired motions, with the parts of a log between gaps in sequence.
-        parts: The motions with their invalid samples and linear systems.
-        observing: Filters and thresholds, with the delay that was corrected.
-        examined: All logs, also those that cannot be filtered.
-        delay: Diagnosis of a common delay of the currents, None if it was not estimated.
-    """
-
-    motions: tuple[Motion, ...]
-    parts: tuple[Part, ...]
+    motions: tuple[Motion, ...]  # repaired motions, with the parts of a log between gaps in sequence
+    parts: tuple[Part, ...]  # the motions with their invalid samples and linear systems
     problem: Problem
-    observing: ObserveOptions
+    observing: ObserveOptions  # filters and thresholds, with the delay that was corrected
     policy: Policy
     diagnoses: tuple[Diagnosis, ...]
     remarks: tuple[str, ...] = ()
-    examined: tuple[Examined, ...] = field(default=(), repr=False)
-    delay: Diagnosis | None = None
+    examined: tuple[Examined, ...] = field(default=(), repr=False)  # all logs, also those that cannot be filtered
+    delay: Diagnosis | None = None  # diagnosis of a common delay of the currents, None if it was not estimated
 
     @property
     def notes(self) -> tuple[str, ...]:

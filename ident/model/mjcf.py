@@ -58,15 +58,15 @@ class MinimalModel:
         kind: The format of `text`, "mjcf" or "urdf".
         text: A complete document of that format.
         gravity: Gravity in the world frame [m/s^2].
-        ranges: Ends of joints by their names [rad or m], where Pinocchio would read others.
-        shared: Joints that one motor moves together, with their ratios, by the motor's place in the file.
+        ranges: Ends of joints by name [rad or m], where Pinocchio would read others.
+        shared: Joints that one motor moves, with ratios, by its place in the file.
     """
 
     kind: str
     text: str
     gravity: tuple[float, ...] = EARTH
-    ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
-    shared: dict[str, dict[str, float]] = field(default_factory=lambda: dict[str, dict[str, float]]())
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+    shared: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
 
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:

@@ -16,21 +16,13 @@ NEW = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeastSquares:
-    """Solution of `Y = W @ x + rho`.
+    """Solution of `Y = W @ x + rho`."""
 
-    Attributes:
-        x: Solution, shape (b,).
-        cofactor: (W^T W)^-1, shape (b, b).
-        sigma: Standard deviation of the residual (eq. 19).
-        residual: rho = Y - W @ x, shape (r,).
-        basis: Orthonormal basis of the columns of W, shape (r, b).
-    """
-
-    x: Array
-    cofactor: Array
-    sigma: float
-    residual: Array
-    basis: Array
+    x: Array  # solution, shape (b,)
+    cofactor: Array  # (W^T W)^-1, shape (b, b)
+    sigma: float  # standard deviation of the residual (eq. 19)
+    residual: Array  # rho = Y - W @ x, shape (r,)
+    basis: Array  # orthonormal basis of the columns of W, shape (r, b)
 
     @property
     def covariance(self) -> Array:

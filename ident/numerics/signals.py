@@ -92,15 +92,10 @@ def group_means(x: Array, group: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decimator:
-    """Zero-phase low-pass that keeps one sample in `factor`: a banded Toeplitz matrix (paper, eq. 15).
+    """Zero-phase low-pass that keeps one sample in `factor`: a banded Toeplitz matrix (paper, eq. 15)."""
 
-    Attributes:
-        kernel: Symmetric impulse response that sums to one, shape (2 h + 1,).
-        factor: n_d of the paper.
-    """
-
-    kernel: Array
-    factor: int
+    kernel: Array  # symmetric impulse response that sums to one, shape (2 h + 1,)
+    factor: int  # n_d of the paper
 
     def rows(self, samples: int) -> int:
         """Return the number of rows of `samples` samples; the filter stays within the data."""

@@ -73,22 +73,15 @@ def shared_shares(selected: Selected, gains: KnownGains | None, k: Indices) -> S
 class GainRatios:
     """Gains relative to that of one joint.
 
-    Attributes:
-        reference: The reference joint, from 0, with the most accurate ratios.
-        value: g_j / g_reference, shape (n,).
-        rel_std: Relative standard deviations, zero for the reference, shape (n,).
-        given: Mask of sufficiently accurate ratios, shape (n,).
-        max_rel_std: Largest relative standard deviation of such a ratio.
-
     Raises:
         NotIdentifiable: If a ratio is implausible: a gain diverged while its other parameters compensated.
     """
 
-    reference: int
-    value: Array
-    rel_std: Array
-    given: Mask
-    max_rel_std: float
+    reference: int  # the reference joint, from 0, with the most accurate ratios
+    value: Array  # g_j / g_reference, shape (n,)
+    rel_std: Array  # relative standard deviations, zero for the reference, shape (n,)
+    given: Mask  # mask of sufficiently accurate ratios, shape (n,)
+    max_rel_std: float  # largest relative standard deviation of such a ratio
 
     def __post_init__(self) -> None:
         """Check the size of the ratios."""
@@ -122,17 +115,11 @@ class GainRatios:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BareArm:
-    """An arm without payload.
+    """An arm without payload."""
 
-    Attributes:
-        gains: Fixed gains; None for an arm in the unit of a reference gain.
-        ratios: Ratios of gains; None with fixed gains.
-        selected: The model, and its fit.
-    """
-
-    gains: KnownGains | None
-    ratios: GainRatios | None
-    selected: Selected
+    gains: KnownGains | None  # fixed gains; None for an arm in the unit of a reference gain
+    ratios: GainRatios | None  # ratios of gains; None with fixed gains
+    selected: Selected  # the model, and its fit
 
     @property
     def problem(self) -> Problem:

@@ -77,19 +77,12 @@ class FoundBody:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundPayload:
-    """Parameters of a payload at the origin of the last frame; k of the ten.
+    """Parameters of a payload at the origin of the last frame; k of the ten."""
 
-    Attributes:
-        place: Indices in `INERTIAL`, shape (k,).
-        value: Their values [kg m^2, kg m, kg], shape (k,).
-        shares: Their covariance.
-        refused: Reasons why the others have no value, by name.
-    """
-
-    place: Indices
-    value: Array
-    shares: Shares
-    refused: dict[str, str]
+    place: Indices  # indices in `INERTIAL`, shape (k,)
+    value: Array  # their values [kg m^2, kg m, kg], shape (k,)
+    shares: Shares  # their covariance
+    refused: dict[str, str]  # reasons why the others have no value, by name
     selected: Selected
 
     @property
@@ -188,26 +181,16 @@ ESSENTIAL_REL_STD = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperEstimate:
-    """A payload identified as in the paper.
+    """A payload identified as in the paper."""
 
-    Attributes:
-        parameters: The ten parameters, in the order of `INERTIAL`.
-        gain: The given gains [N m / drive unit], shape (n,).
-        unknowns: Number of estimated arm and payload parameters.
-        error_norm: Norm of the weighted residual (table 4 of the paper).
-        rel_error_norm: `error_norm` over the norm of the weighted left side.
-        sigma: Standard deviation of the residual (eq. 19).
-        torque: Torques of the fitted model on those rows [N m], shape (r,).
-    """
-
-    parameters: tuple[Quantity, ...]
-    gain: Array
-    unknowns: int
-    error_norm: float
-    rel_error_norm: float
-    sigma: float
+    parameters: tuple[Quantity, ...]  # the ten parameters, in the order of `INERTIAL`
+    gain: Array  # the given gains [N m / drive unit], shape (n,)
+    unknowns: int  # number of estimated arm and payload parameters
+    error_norm: float  # norm of the weighted residual (table 4 of the paper)
+    rel_error_norm: float  # `error_norm` over the norm of the weighted left side
+    sigma: float  # standard deviation of the residual (eq. 19)
     system: Columns
-    torque: Array
+    torque: Array  # torques of the fitted model on those rows [N m], shape (r,)
 
     def __getitem__(self, name: str) -> Quantity:
         """The parameter of that name."""

@@ -129,17 +129,11 @@ class Payload:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KnownPayload:
-    """Known standard parameters of a payload, in the frame of the last link.
+    """Known standard parameters of a payload, in the frame of the last link."""
 
-    Attributes:
-        names: Names of the known parameters, a subset of `INERTIAL`.
-        chi: Values in the order of `INERTIAL`, of which only those of `names` are used, shape (10,).
-        spread: Factor F of their covariance F F^T, shape (10, k).
-    """
-
-    names: tuple[str, ...]
-    chi: Array
-    spread: Array
+    names: tuple[str, ...]  # names of the known parameters, a subset of `INERTIAL`
+    chi: Array  # values in the order of `INERTIAL`, of which only those of `names` are used, shape (10,)
+    spread: Array  # factor F of their covariance F F^T, shape (10, k)
 
     @property
     def mask(self) -> Mask:

@@ -51,20 +51,13 @@ TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "N": 1.0}
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """A quantity of v.
-
-    Attributes:
-        units: Allowed units, with their factors to the unit of the recording.
-        unit: Unit of v in the recording.
-        note: Meaning of gains, if not N m per ampere.
-        refused: Why no gain is identifiable from it, or empty.
-    """
+    """A quantity of v."""
 
     words: str
-    units: Mapping[str, float]
-    unit: str
-    note: str = ""
-    refused: str = ""
+    units: Mapping[str, float]  # allowed units, with their factors to the unit of the recording
+    unit: str  # unit of v in the recording
+    note: str = ""  # meaning of gains, if not N m per ampere
+    refused: str = ""  # why no gain is identifiable from it, or empty
 
 
 TORQUE_FROM_CURRENT = "torque-from-current"

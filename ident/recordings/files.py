@@ -49,23 +49,14 @@ whose range is taken for sign and magnitude."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Log:
-    """A log file as it was read.
+    """A log file as it was read."""
 
-    Attributes:
-        recording: The recording.
-        description: Columns with their names in the file, units, signs and zeros, one per joint.
-        layout: Name of the recognised layout, None if everything was declared.
-        signal: Quantity of v in the recording, a name of `MEANINGS`; None for drive units.
-        v: Quantity of v in the recording in words, with its unit.
-        notes: Remarks on the interpretation, one line each.
-    """
-
-    recording: Recording
-    description: LogDescription
-    layout: str | None
-    signal: str | None
-    v: str
-    notes: tuple[str, ...]
+    recording: Recording  # the recording
+    description: LogDescription  # columns with their names in the file, units, signs and zeros, one per joint
+    layout: str | None  # name of the recognised layout, None if everything was declared
+    signal: str | None  # quantity of v in the recording, a name of `MEANINGS`; None for drive units
+    v: str  # quantity of v in the recording in words, with its unit
+    notes: tuple[str, ...]  # remarks on the interpretation, one line each
 
 
 def read(

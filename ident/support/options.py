@@ -32,19 +32,12 @@ DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """A key of a strict table, by itself or as the annotation of a field.
+    """A key of a strict table, by itself or as the annotation of a field."""
 
-    Attributes:
-        expected: What it takes, in words.
-        allowed: Whether it takes a value.
-        many: Whether an array of such values is taken too; the result is a tuple.
-        words: Texts that stand for a value.
-    """
-
-    expected: str
-    allowed: Callable[[object], bool]
-    many: bool = False
-    words: Mapping[str, object] = field(default_factory=dict[str, object])
+    expected: str  # what it takes, in words
+    allowed: Callable[[object], bool]  # whether it takes a value
+    many: bool = False  # whether an array of such values is taken too; the result is a tuple
+    words: Mapping[str, object] = field(default_factory=dict[str, object])  # texts that stand for a value
 
     def or_word(self, word: str, value: object) -> "Key":
         """Return a key that also takes a text for a value."""

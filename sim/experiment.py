@@ -126,19 +126,9 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
             f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant",
             kind=DIVERGED,
         )
-    rate, limit, own = e.controller.rate_hz, e.plant.drives.current_limit, arm_joints(model)
-    first = first_at_limit(v, limit, rate)
-    if first is not None:
-        j, since = first
-        return TrajectoryError(
-            f"{e.name}: drive of {model.joint(own.start + j).name} at its limit of {limit[j]:g} for more than "
-            f"{SATURATED_TOO_LONG:g} s from t = {since:.3f} s; "
-            + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains"),
-            joint=j,
-            value=float(np.abs(v[:, j]).max()),
-            bounds=(-float(limit[j]), float(limit[j])),
-            kind=SATURATED,
-        )
+    rate, own = e.controller.rate_hz, arm_joints(model)
+    if (saturated := saturation(e, model, v, rate)) is not None:
+        return saturated
     lower, upper = model.jnt_range[own].T  # both 0 without a range
     beyond = ((q < lower) | (q > upper)) & (lower < upper)
     if not beyond.any():
@@ -155,10 +145,28 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
     )
 
 
-def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
-    """Return the first drive, from 0, at its limit (n,) for `SATURATED_TOO_LONG`, and since when [s], or None."""
-    run = max(1, round(SATURATED_TOO_LONG * rate_hz))
+def saturation(e: Experiment, model: mujoco.MjModel, v: Array, rate_hz: float) -> TrajectoryError | None:
+    """Return the error of the first drive that needs its largest current for `SATURATED_TOO_LONG`; None if none does.
+
+    Needed currents v [drive units] have the shape (N, n); those of a simulation do not exceed the limit.
+    """
+    run, limit = max(1, round(SATURATED_TOO_LONG * rate_hz)), e.plant.drives.current_limit
     held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one
     np.cumsum(np.abs(v) >= limit, axis=0, out=held[1:])
     found = np.argwhere((held[run:] - held[:-run]) == run)
-    return (int(found[0, 1]), float(found[0, 0] / rate_hz)) if len(found) else None
+    if not len(found):
+        return None
+    k, j = found[0].tolist()
+    most, largest = float(np.abs(v[:, j]).max()), float(limit[j])
+    needs = (
+        f"at its limit of {largest:g}" if most <= largest else f"would need up to {most:.4g}, its limit is {largest:g},"
+    )
+    return TrajectoryError(
+        f"{e.name}: drive of {model.joint(arm_joints(model).start + j).name} {needs} for more than "
+        f"{SATURATED_TOO_LONG:g} s from t = {k / rate_hz:.3f} s; "
+        + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion, or check the controller"),
+        joint=j,
+        value=most,
+        bounds=(-largest, largest),
+        kind=SATURATED,
+    )

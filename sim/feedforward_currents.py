@@ -27,18 +27,17 @@ from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
 from sim.effects.transmissions import coupling_tendons, own_stiffness
 from sim.engine import Varied, acting, varies
-from sim.errors import SATURATED, PlantError, SimulationError, TrajectoryError
+from sim.errors import PlantError, SimulationError
 from sim.experiment import (
-    SATURATED_TOO_LONG,
     Experiment,
     after_warm_up,
-    first_at_limit,
+    saturation,
     starts_warm,
     warming_motion,
     warmth_before,
 )
 from sim.model_spec import arm_joints, driven_joints, file_stamp, silenced
-from sim.plant import PayloadBody, Plant, bare_arm, plant_model
+from sim.plant import PayloadBody, Plant, plant_model
 from sim.trajectory import FourierTrajectory
 
 SETTLED = 1e-10
@@ -97,23 +96,9 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
 def check_torque_limits(experiments: Sequence[Experiment]) -> None:
     """Refuse motions that keep a drive of an arm without model errors at its limit for too long."""
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
-    for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
-        drives, robot = e.plant.drives, e.plant.robot
-        over = first_at_limit(v, drives.current_limit, RATE)
-        if over is None:
-            continue
-        joint, since = over
-        name = bare_arm(robot.model, drives.rotor_inertia, robot.flange).joint(joint).name
-        most, limit = float(abs(v[:, joint]).max()), drives.current_limit[joint]
-        raise TrajectoryError(
-            f"{e.name}: drive of {name} would need up to {most:.4g} where its limit is {limit:g}, for more than "
-            f"{SATURATED_TOO_LONG:g} s from t = {since:.2f} s; "
-            + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion"),
-            joint=joint,
-            value=most,
-            bounds=(-float(limit), float(limit)),
-            kind=SATURATED,
-        )
+    for e, v in zip(sound, feedforward_currents(sound, RATE), strict=True):
+        if (saturated := saturation(e, _rubbing_of(e)[0].model, v, RATE)) is not None:
+            raise saturated
 
 
 @lru_cache(maxsize=MOTIONS_KEPT)

@@ -61,16 +61,9 @@ class JointsTable(Table):
         return self
 
 
-class SpeedsTable(JointsTable):
-    """Numbers above 0, one per joint."""
-
-    value: list[PositiveFloat] = Field(description="The numbers, one per joint")  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
-
-
 Friction = Annotated[float, ValueOf(FrictionTable)]
 Length = Annotated[float, ValueOf(LengthTable)]
 PerJoint = Annotated[Array, ValueOf(JointsTable)]
-Speeds = Annotated[Array, ValueOf(SpeedsTable)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,7 +103,7 @@ class DriveTruth:
                 (values.shape != (n,) or not np.isfinite(values).all(), f": expected {n} finite numbers"),
                 ((np.abs(values) > LARGEST).any(), f": expected {LARGEST:g} at most"),
                 (not signed and (values < 0.0).any(), " has a negative value"),
-                (name == "gain" and not values.all(), " has a zero"),
+                (name in ("gain", "max_velocity", "max_acceleration") and not values.all(), " has a zero"),
             ):
                 if wrong:
                     raise PlantError(f"drives: {name} {values.tolist()}{said}")
@@ -125,8 +118,8 @@ class RatedDrives(DriveTruth):
         max_acceleration: Rated accelerations [rad/s^2].
     """
 
-    max_velocity: Speeds
-    max_acceleration: Speeds
+    max_velocity: PerJoint
+    max_acceleration: PerJoint
 
 
 class Coupling(Table):

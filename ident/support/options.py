@@ -63,9 +63,9 @@ def is_table(value: object) -> bool:
 def keys_of(kind: type, *, without: Collection[str] = ()) -> dict[str, Key]:
     """Return the keys of a dataclass: those that annotate its fields, or what a field of their type takes."""
     keys = dict[str, Key]()
-    for name, kinds in _kinds(kind).items():
-        own = [each for each in get_args(_annotated(kind)[name]) if isinstance(each, Key)]
+    for name, (kinds, details) in _fields(kind).items():
         expected = " or ".join(DESCRIBED[each] for each in kinds if each in DESCRIBED)
+        own = [each for each in details if isinstance(each, Key)]
         keys[name] = own[0] if own else Key(expected, partial(_takes, kinds))
     return {name: key for name, key in keys.items() if name not in without}
 
@@ -114,7 +114,7 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
 def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
     """Create an options object from a table, as in TOML; raises `OptionError` for an unknown key or a wrong value."""
     found = strict_table(table, keys_of(kind), OptionError)
-    for name, kinds in _kinds(kind).items():
+    for name, (kinds, _) in _fields(kind).items():
         if float in kinds and int not in kinds and isinstance(found.get(name), int):
             found[name] = float(found[name])
     return kind(**found)
@@ -122,7 +122,7 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
 
 def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     """Return keys and values of words `KEY=VALUE`, unchecked; raises `OptionError` for another form or a double key."""
-    by_name, table = _kinds(kind), dict[str, object]()
+    by_name, table = _fields(kind), dict[str, object]()
     for word in words:
         name, equals, text = (part.strip() for part in word.partition("="))
         name = name.replace("-", "_")
@@ -131,7 +131,7 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
         if name in table:
             raise OptionError(f"option {name} is given twice")
         table[name] = text  # unless it matches another type
-        kinds = by_name.get(name, ())
+        kinds, _ = by_name.get(name, ((), ()))
         if bool in kinds and text.lower() in ("true", "false"):
             table[name] = text.lower() == "true"
         for number in (float, int):
@@ -140,26 +140,17 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     return table
 
 
-def _kinds(kind: type) -> dict[str, tuple[type, ...]]:
-    """Return the types of an options class by field name, several of a union."""
-    found = dict[str, tuple[type, ...]]()
-    for name, hint in get_type_hints(kind).items():
-        found[name] = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
-    return found
-
-
 def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception], place: str = "") -> None:
     """Check that every number of a dataclass is finite and inside its annotated range; raises `error` at `place`."""
     within = f"{place}: " if place else ""
-    for name, hint in _annotated(type(values)).items():
+    for name, (kinds, details) in _fields(type(values)).items():
         value = getattr(values, name)
         if not isinstance(value, float | int):
-            if (get_args(hint)[0] if get_origin(hint) is Annotated else hint) in (float, int):
+            if kinds in ((float,), (int,)):
                 raise error(f"{within}{name} = {shown(value)}: expected a number")
             continue
         if not isfinite(value):
             raise error(f"{within}{name} = {value}: expected a finite number")
-        details = get_args(hint)[1:]
         unit = "".join(f" {each.unit}" for each in details if isinstance(each, Unit))
         for each in details:
             if not isinstance(each, Interval):
@@ -174,5 +165,11 @@ def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception],
 
 
 @lru_cache(maxsize=64)
-def _annotated(kind: type) -> Mapping[str, object]:
-    return get_type_hints(kind, include_extras=True)
+def _fields(kind: type) -> Mapping[str, tuple[tuple[type, ...], tuple[object, ...]]]:
+    """Return the types of each field of a dataclass, several of a union, and its annotations."""
+    found = dict[str, tuple[tuple[type, ...], tuple[object, ...]]]()
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        base, *details = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        kinds = get_args(base) if get_origin(base) in (Union, types.UnionType) else (base,)
+        found[name] = kinds, tuple(details)
+    return found

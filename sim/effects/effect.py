@@ -127,6 +127,11 @@ def each_value(values: Sequence[object], *names: str) -> list[Array]:
 
 
 def drives_of(builds: Sequence[Build]) -> dict[str, Array]:
-    """Return the parameters of the drives of B simulations by name, each of shape (B, n)."""
+    """Return the parameters of the drives of B simulations by name, each of shape (B, n).
+
+    Beside them are the number of `earlier` motions, (B, 1), and the `motor` of each friction, from 0, (B, n + c).
+    """
     names = [each.name for each in fields(DriveTruth)]
-    return {name: np.stack([np.asarray(getattr(each.drives, name), np.float64) for each in builds]) for name in names}
+    found = {name: np.stack([np.asarray(getattr(each.drives, name), np.float64) for each in builds]) for name in names}
+    motor = [[*range(each.robot.n), *(pair.motor for pair in each.robot.coupling)] for each in builds]
+    return {**found, "earlier": np.array([[each.earlier] for each in builds]), "motor": np.array(motor)}

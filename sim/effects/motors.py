@@ -13,8 +13,7 @@ solution is exact over a period with constant current. The temperature rise cont
 experiment (`sim.experiment`), with v = 0 during the rests.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -22,7 +21,7 @@ from annotated_types import Interval, Unit
 
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives_of, each_value
+from sim.effects.effect import ControlStep, Effect, Stacked
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
 
@@ -75,17 +74,11 @@ class GainLaws(Effect):
     def varies(self) -> bool:
         return any((self.torque_constant_falls, self.torque_constant_bends, self.gain_by_sign, self.gain_drift))
 
-    @classmethod
-    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
-        drives = drives_of(builds)
-        falls, bends, by_sign, drift = each_value(values, *(each.name for each in fields(cls)))
-        drifted = (1.0 + drift) ** np.array([[each.earlier] for each in builds]) - 1.0
-
-        def add(step: ControlStep) -> None:
-            law = drifted + 0.5 * by_sign * np.sign(step.v) - _fall(falls, bends, step.v, drives["current_limit"])
-            step.torque[:] += law * drives["gain"] * (step.v - drives["amplifier_offset"])
-
-        return add
+    @staticmethod
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        law = (1.0 + values["gain_drift"]) ** drives["earlier"] - 1.0 + 0.5 * values["gain_by_sign"] * np.sign(step.v)
+        law -= _fall(values["torque_constant_falls"], values["torque_constant_bends"], step.v, drives["current_limit"])
+        step.torque[:] += law * drives["gain"] * (step.v - drives["amplifier_offset"])
 
 
 def gain_at(values: GainLaws, drives: DriveTruth, current: Array) -> Array:
@@ -136,26 +129,16 @@ class Temperature(Effect):
             self.gain_by_temperature or self.coulomb_by_temperature or self.viscous_by_temperature
         )
 
-    @classmethod
-    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
-        drives = drives_of(builds)
-        gain, offset, limit = drives["gain"], drives["amplifier_offset"], drives["current_limit"]
-        warming, time = each_value(values, "motor_warming", "warming_time")
-        by_gain, by_coulomb, by_viscous = each_value(
-            values, "gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature"
-        )
-        heat = warming / np.where(limit > 0.0, limit, np.inf) ** 2  # (B, n) K per squared current
-        rubbing = np.stack([[*range(b.robot.n), *(c.motor for c in b.robot.coupling)] for b in builds])  # (B, n + c)
-
-        def add(step: ControlStep) -> None:
-            step.torque[:] += by_gain * step.warmth * gain * (step.v - offset)
-            rise = np.take_along_axis(step.warmth, rubbing[:, : step.friction.shape[1]], axis=1)
-            step.friction[:] *= np.exp(by_coulomb * rise)
-            step.damping[:] *= np.exp(by_viscous * rise)
-            settled = heat * step.v**2
-            step.warmth[:] = settled + (step.warmth - settled) * np.exp(-step.period / time)
-
-        return add
+    @staticmethod
+    def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
+        by_gain, limit = values["gain_by_temperature"] * step.warmth * drives["gain"], drives["current_limit"]
+        step.torque[:] += by_gain * (step.v - drives["amplifier_offset"])
+        motor = np.asarray(drives["motor"], np.intp)[:, : step.friction.shape[1]]
+        rise = np.take_along_axis(step.warmth, motor, axis=1)
+        step.friction[:] *= np.exp(values["coulomb_by_temperature"] * rise)
+        step.damping[:] *= np.exp(values["viscous_by_temperature"] * rise)
+        settled = values["motor_warming"] / np.where(limit > 0.0, limit, np.inf) ** 2 * step.v**2
+        step.warmth[:] = settled + (step.warmth - settled) * np.exp(-step.period / values["warming_time"])
 
 
 def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:

@@ -290,6 +290,6 @@ def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, erro
         if share > 1.0:
             check_torque_limits([e])
     advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
-    said = rf"drive of joint2 would need up to {need[1]:.4g} where its limit is {limit[1]:g}, for more than 0\.1 s from"
+    said = rf"drive of joint2 would need up to {need[1]:.4g}, its limit is {limit[1]:g}, for more than 0\.1 s from"
     with pytest.raises(TrajectoryError, match=rf"(?=.*{said}).*{advice}"):
         check_torque_limits([e])

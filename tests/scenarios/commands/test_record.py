@@ -196,9 +196,10 @@ def test_exceeded_limits_are_named(tmp_path, capsys):
     center[3], sine[0] = load_arm(rx90_mjcf.MJCF).upper[3] - 0.05, sine[1]
     far = quick(tmp_path / "far", at_rest(center, sine, none, 6.0), capsys)
     assert far["beyond_limits"] == ["joint 4: positions"]
-    robot = SimpleNamespace(max_velocity=np.array([1.0, 2.0]), max_acceleration=np.array([3.0, 4.0]))
+    rated = SimpleNamespace(max_velocity=np.array([1.0, 2.0]), max_acceleration=np.array([3.0, 4.0]))
+    plant = SimpleNamespace(robot=SimpleNamespace(drives=rated))
     arm = SimpleNamespace(n=2, joint_names=("a", "b"), lower=np.full(2, -9.0), upper=np.full(2, 9.0))
-    setup = SimpleNamespace(plant=SimpleNamespace(robot=robot), structure=SimpleNamespace(arm=arm))
+    setup = SimpleNamespace(plant=plant, structure=SimpleNamespace(arm=arm))
     motion = States(np.arange(2.0), np.zeros((2, 2)), np.array([[-1.1, 0.0]] * 2), np.array([[0.0, 4.1]] * 2))
     assert Recorded.of(setup, motion).beyond_limits == ["joint 1: speed", "joint 2: acceleration"]
 

@@ -178,9 +178,9 @@ def test_every_file_of_the_motion_agrees_with_its_closed_form(tmp_path, capsys):
         "lowest": q.min(axis=0),
         "highest": q.max(axis=0),
         "max_velocity": np.abs(dq).max(axis=0),
-        "velocity_used": np.abs(dq).max(axis=0) / RX90.max_velocity,
+        "velocity_used": np.abs(dq).max(axis=0) / RX90.drives.max_velocity,
         "max_acceleration": np.abs(ddq).max(axis=0),
-        "acceleration_used": np.abs(ddq).max(axis=0) / RX90.max_acceleration,
+        "acceleration_used": np.abs(ddq).max(axis=0) / RX90.drives.max_acceleration,
     }
     for name, values in numbers.items():
         np.testing.assert_allclose([joint[name] for joint in result["joints"]], values, rtol=1e-9, err_msg=name)

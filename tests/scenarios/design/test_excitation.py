@@ -44,8 +44,8 @@ def test_limits_are_the_robot_s_and_torques_those_of_its_true_gains_whatever_the
     limits = Limits.of(plant)
     np.testing.assert_array_equal(limits.torque, np.abs(plant.drives.gain) * plant.drives.current_limit)
     assert (limits.torque > 0).all()
-    np.testing.assert_array_equal(limits.velocity, RX90.max_velocity)
-    np.testing.assert_array_equal(limits.acceleration, RX90.max_acceleration)
+    np.testing.assert_array_equal(limits.velocity, RX90.drives.max_velocity)
+    np.testing.assert_array_equal(limits.acceleration, RX90.drives.max_acceleration)
     np.testing.assert_allclose(np.rad2deg(limits.lower), [-160, -137.5, -142.5, -270, -105, -270], rtol=1e-12)
     np.testing.assert_allclose(np.rad2deg(limits.upper), [160, 137.5, 142.5, 270, 120, 270], rtol=1e-12)
 

@@ -56,12 +56,14 @@ class ControllerBelief:
         gain: Drive gains by which the controller divides [N m / drive unit], one per joint, none zero.
         rotor_inertia: Ia [kg m^2], one per joint.
         flange: Last body of the arm, None if all joints belong to the arm.
+        transmission: Rows of the matrix of motors that several joints turn (`Robot.transmission`), None without.
     """
 
     mjcf: Path
     gain: tuple[float, ...]
     rotor_inertia: tuple[float, ...]
     flange: str | None = None
+    transmission: tuple[tuple[float, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         """Refuse gains and rotor inertias that differ in number, a gain of zero, and numbers out of range."""
@@ -104,18 +106,23 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
 def _tuned(
     belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions, stamp: int
 ) -> Controller:
-    gain = np.array(belief.gain, dtype=np.float64)
-    model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64), belief.flange)
+    gain, rotors = (np.array(each, dtype=np.float64) for each in (belief.gain, belief.rotor_inertia))
+    A = None if belief.transmission is None else np.array(belief.transmission)
+    model = bare_arm(belief.mjcf, rotors if A is None else np.zeros_like(rotors), belief.flange)
     if trajectory.n != model.nv:
         raise PlantError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz
     samples = round(trajectory.duration * options.rate_hz) + 1
     q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))
     rate = 2.0 * np.pi * options.bandwidth_hz
-    inertia = _mean_inertia(model, q[:: max(1, samples // 50)])
-    kp, kd = inertia * rate**2, 2.0 * options.damping * rate * inertia
-    torque = options.feedforward * inverse_dynamics(model, q, dq, ddq) if options.feedforward else 0.0
-    reference = (q * kp + dq * kd + torque) / gain
+    M = _mean_inertia(model, q[:: max(1, samples // 50)])
+    torque = inverse_dynamics(model, q, dq, ddq) if options.feedforward else np.zeros_like(q)
+    if A is not None:  # of the motors
+        through = np.linalg.inv(A)
+        q, dq, ddq = (x @ A.T for x in (q, dq, ddq))
+        M, torque = through.T @ M @ through + np.diag(rotors), torque @ through + rotors * ddq
+    kp, kd = np.diag(M) * rate**2, 2.0 * options.damping * rate * np.diag(M)
+    reference = (q * kp + dq * kd + options.feedforward * torque) / gain
     reference.flags.writeable = q.flags.writeable = False
     return Controller(
         reference=reference,
@@ -142,11 +149,11 @@ def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> 
 
 @silenced()
 def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
-    """Return the mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
-    data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros(model.nv)
+    """Return the mean inertia matrix over some positions [kg m^2], shape (n, n)."""
+    data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros((model.nv, model.nv))
     for position in q:
         data.qpos[:] = position
         mujoco.mj_forward(model, data)
         mujoco.mj_fullM(model, data, M)
-        total += np.diag(M)
+        total += M
     return total / len(q)

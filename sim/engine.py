@@ -17,7 +17,7 @@ from mujoco.batch import Batch
 from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep, drives_of
-from sim.effects.transmissions import coupling_tendons
+from sim.effects.transmissions import places_of_motors
 from sim.model_spec import driven_joints
 from sim.plant import Plant
 
@@ -48,9 +48,9 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
 
     Arguments are as for the compilation; `warmth` is the temperature rise of the drives at the start [K], (n,).
     """
-    coupled, n = coupling_tendons(model), plant.robot.n
+    n, places = plant.robot.n, places_of_motors(model)
     constant, damping, inertia = (
-        np.concatenate((getattr(model, f"dof_{name}")[driven_joints(model)], getattr(model, f"tendon_{name}")[coupled]))
+        np.concatenate([getattr(model, f"{kind}_{name}")[place] for kind, place in places])
         for name in ("frictionloss", "damping", "armature")
     )
     turns = np.eye(len(constant), n)
@@ -85,11 +85,13 @@ class Varying:
         )
         self._drives = drives_of(builds)
         self._period = period
-        self._written: list[tuple[tuple[Array, Array], tuple[Array, Array]]] = []  # of joints (n,) and couplings (c,)
-        for model in models:
-            driven, coupled = driven_joints(model), coupling_tendons(model)
-            dry = model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]
-            self._written.append((dry, (model.dof_damping[driven], model.tendon_damping[coupled])))
+        self._written = [  # views of dry and viscous friction of each model, of n motors, then of c coupled ones
+            [
+                [getattr(model, f"{kind}_{name}")[place] for kind, place in places_of_motors(model)]
+                for name in ("frictionloss", "damping")
+            ]
+            for model in models
+        ]
         self._before: ControlStep | None = None
 
     def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
@@ -116,8 +118,10 @@ class Varying:
             add(step)
         self._before = step
         for fields, dry, viscous in zip(self._written, step.friction, step.damping, strict=True):
-            for (joints, couplings), row in zip(fields, (dry, viscous), strict=True):
-                joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
+            for (motors, *coupled), row in zip(fields, (dry, viscous), strict=True):
+                motors[:] = row[: len(motors)]
+                for each in coupled:
+                    each[:] = row[len(motors) :]
         return step.torque
 
     def _transmitted(self, ddq: Array, rubbing: Array) -> Array:
@@ -137,6 +141,7 @@ class Simulation:
 
     model: mujoco.MjModel  # compiled model. Simulations may share it if nothing varies
     start: Array  # initial positions of all joints [rad], shape (nq,)
+    motors: Array | None = None  # matrix from positions of joints to those of motors, (n, n); None if they are the same
     varied: Varied | None = None  # effects that act in every control period, None if there are none
 
 
@@ -144,7 +149,7 @@ class Engine:
     """B simulations on models of one layout.
 
     Attributes:
-        q: Positions of the driven joints [rad], a live view, shape (B, n).
+        q: Positions of the driven joints [rad], a live view, shape (B, n); `read` gives those of their motors.
         current: Current references [drive units], held until written again, shape (B, n).
     """
 
@@ -158,6 +163,8 @@ class Engine:
         state: Array = self._batch.bind("qpos")
         state[:] = [s.start for s in simulations]
         self.q: Array = state[:, own]
+        turned = [s.motors for s in simulations if s.motors is not None]  # of all, as their layout is the same
+        self._motors = np.stack(turned) if turned else None
         self.current: Array = self._batch.bind("ctrl")
         self._dq: Array = self._batch.bind("qvel")[:, own]
         self._applied: Array = self._batch.bind("qfrc_applied")[:, own]
@@ -171,18 +178,27 @@ class Engine:
             self._ddq, self._rubbing = (self._batch.bind(name)[:, own] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
 
+    def read(self, out: Array) -> None:
+        """Write the positions of the motors [rad], shape (B, n)."""
+        if self._motors is None:
+            out[...] = self.q
+        else:
+            np.einsum("bij,bj->bi", self._motors, self.q, out=out)
+
     def advance(self) -> None:
         """Step every simulation by one control period."""
         if self._varying is not None:
             rows = self._rows
-            self._applied[rows] = self._varying.torque(
-                t=self._time,
-                q=self.q[rows],
-                dq=self._dq[rows],
-                v=np.clip(self.current[rows], *self._range),  # as MuJoCo does of what it is given
-                ddq=self._ddq[rows],
-                rubbing=self._rubbing[rows],
-            )
+            q, dq, ddq, rubbing = (each[rows] for each in (self.q, self._dq, self._ddq, self._rubbing))
+            if self._motors is not None:
+                A = self._motors[rows]
+                q, dq, ddq = (np.einsum("bij,bj->bi", A, each) for each in (q, dq, ddq))
+                rubbing = np.asarray(np.linalg.solve(A.swapaxes(1, 2), rubbing[:, :, None])[:, :, 0], np.float64)
+            v = np.clip(self.current[rows], *self._range)  # as MuJoCo does of what it is given
+            torque = self._varying.torque(t=self._time, q=q, dq=dq, v=v, ddq=ddq, rubbing=rubbing)
+            if self._motors is not None:  # on the joints, A' that of the motors
+                torque = np.einsum("bij,bi->bj", self._motors[rows], torque)
+            self._applied[rows] = torque
             self._batch.set_models(self._models)  # as the batch asks for after an edit
             self._time += self._period
         self._batch.step(nstep=self._substeps)

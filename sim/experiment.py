@@ -129,6 +129,8 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
     rate, own = e.controller.rate_hz, arm_joints(model)
     if (saturated := saturation(e, model, v, rate)) is not None:
         return saturated
+    if (motors := e.plant.robot.motors) is not None:
+        q = np.asarray(np.linalg.solve(motors, q.T).T, np.float64)
     lower, upper = model.jnt_range[own].T  # both 0 without a range
     beyond = ((q < lower) | (q > upper)) & (lower < upper)
     if not beyond.any():

@@ -25,7 +25,7 @@ from sim.controller import inverse_dynamics
 from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
-from sim.effects.transmissions import coupling_tendons, own_stiffness
+from sim.effects.transmissions import own_stiffness, places_of_motors
 from sim.engine import Varied, acting, varies
 from sim.errors import PlantError, SimulationError
 from sim.experiment import (
@@ -110,7 +110,7 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
 
 @silenced()
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
-    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
+    """Inertia matrix of a rigid arm by its motors, with rotors, along the motion [kg m^2], shape (N, n, n)."""
     model, motion = _rubbing_of(experiment)[0].model, experiment.trajectory
     n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
     own, links = driven_joints(model), arm_joints(model)
@@ -124,7 +124,11 @@ def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     places = np.interp(states_of(motion, rate_hz).t, coarse, np.arange(count + 1.0))
     below = np.minimum(places.astype(np.intp), count - 1)
     share = (places - below)[:, None, None]
-    return (1.0 - share) * found[below] + share * found[below + 1]
+    M = (1.0 - share) * found[below] + share * found[below + 1]
+    if (A := experiment.plant.robot.motors) is None:
+        return M
+    through = np.linalg.inv(A)
+    return through.T @ M @ through
 
 
 def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> tuple[Array, Array]:
@@ -147,9 +151,9 @@ def _rubbing_of(experiment: Experiment) -> tuple[_Frictionless, Varied]:
 def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> tuple[_Frictionless, Varied]:
     model = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     acts = acting(plant, model, step=step, earlier=earlier)
-    driven, coupled = driven_joints(model), coupling_tendons(model)
     model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0
-    model.dof_damping[driven] = model.tendon_damping[coupled] = 0.0
+    for kind, place in places_of_motors(model):
+        getattr(model, f"{kind}_damping")[place] = 0.0
     model.actuator_gainprm[:] = model.actuator_biasprm[:] = 0.0
     saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, saved)
@@ -163,6 +167,9 @@ def _settled(
     """As `_feedforward`, None if friction prevents any motion; equal plants share the result."""
     errors, drives, states = acts.errors, acts.build.drives, states_of(motion, rate_hz)
     rigid = _torque_along(frictionless, motion, rate_hz)
+    if (A := acts.build.robot.motors) is not None:  # of the motors
+        rigid = np.asarray(np.linalg.solve(A.T, rigid.T).T, np.float64)
+        states = States(states.t, *(x @ A.T for x in states[1:]))
     v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
     steady = not varies(errors)  # nothing then depends on the current
     warms = Temperature.varies(errors)

@@ -71,6 +71,8 @@ def file_stamp(path: Path) -> int:
 
 def driven_joints(model: mujoco.MjModel) -> slice:
     """Return the places of the joints that drives turn, among all joints: those of the arm, or its elastic motors."""
+    if model.actuator_trntype[0] == mujoco.mjtTrn.mjTRN_TENDON:  # motors that several joints turn
+        return arm_joints(model)
     first = int(model.actuator_trnid[0, 0])
     return slice(first, first + model.nu)
 

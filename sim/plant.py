@@ -22,7 +22,7 @@ import numpy as np
 from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build
-from sim.effects.transmissions import sag
+from sim.effects.transmissions import MOTOR, places_of_motors, sag
 from sim.errors import PlantError
 from sim.model_spec import compiler_reason, driven_joints, lean_spec, silenced
 from sim.robot import DriveTruth, Robot
@@ -94,7 +94,8 @@ class Plant:
 def layout(plant: Plant) -> Layout:
     """Layout of the compiled model; plants of equal layout have models of equal sizes and may run in one batch."""
     robot = plant.robot
-    return robot.model, robot.flange, tuple(effect.resizes(plant.errors) for effect in EFFECTS.values())
+    own = (effect.resizes(plant.errors) for effect in EFFECTS.values())
+    return robot.model, robot.flange, (robot.transmission is not None, *own)
 
 
 @silenced()
@@ -122,8 +123,14 @@ def plant_model(
         mount_payload(spec, plant.payload if loaded else None)
         for actuator in spec.actuators:  # those of the model file are ignored
             spec.delete(actuator)
-        for j, joint in enumerate(spec.joints):
+        for j, joint in enumerate(joints := list(spec.joints)):
             drive = spec.add_actuator(name=f"drive{j + 1}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            if plant.robot.transmission is not None:
+                motor = spec.add_tendon(name=f"{joint.name}{MOTOR}")
+                for each, ratio in zip(joints, plant.robot.transmission[j], strict=True):
+                    if ratio:
+                        motor.wrap_joint(each.name, ratio)
+                drive.target, drive.trntype = motor.name, mujoco.mjtTrn.mjTRN_TENDON
             drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
         for effect in EFFECTS.values():
             effect.before_compile(plant.errors, spec, build)
@@ -180,14 +187,16 @@ def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
 
 
 def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:
-    drives, driven = plant.drives, driven_joints(model)
+    drives, (kind, motors) = plant.drives, places_of_motors(model)[0]
     model.actuator_gainprm[:, 0] = drives.gain
     model.actuator_biasprm[:, 0] = -drives.gain * drives.amplifier_offset - drives.coulomb_asymmetry
     model.actuator_ctrlrange[:] = np.outer(drives.current_limit, (-1.0, 1.0))
     model.actuator_ctrllimited[:] = 1
-    model.dof_armature[driven] = drives.rotor_inertia
-    model.dof_damping[driven] = drives.viscous_friction
-    model.dof_frictionloss[driven] = drives.coulomb_friction
+    for of_joints in (model.dof_armature, model.dof_damping, model.dof_frictionloss) if kind == "tendon" else ():
+        of_joints[driven_joints(model)] = 0.0
+    getattr(model, f"{kind}_armature")[motors] = drives.rotor_inertia
+    getattr(model, f"{kind}_damping")[motors] = drives.viscous_friction
+    getattr(model, f"{kind}_frictionloss")[motors] = drives.coulomb_friction
     for effect in EFFECTS.values():
         effect.after_compile(plant.errors, model, build)
     time_constant, damping_ratio = FRICTION_SOLREF

@@ -14,7 +14,7 @@ motion (`sim.controller`) and called reference.
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -179,10 +179,12 @@ def _prepared(start: _Start, models: _Models) -> _Run:
     if key not in models:
         models[key] = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
-    simulation = Simulation(model=model, start=resting(plant, model, controller.q_ref[0]))
+    motors, begin = plant.robot.motors, controller.q_ref[0]
+    start_of_all = resting(plant, model, begin if motors is None else np.linalg.solve(motors, begin))
+    simulation = Simulation(model=model, start=start_of_all, motors=motors)
     if varies(plant.errors):
         acts = acting(plant, model, step=step, earlier=earlier, warmth=warmth)
-        simulation = Simulation(model=copy(model), start=simulation.start, varied=acts)
+        simulation = replace(simulation, model=copy(model), varied=acts)
     return _Run(experiment, noise, simulation, controller, steps)
 
 
@@ -194,7 +196,7 @@ def _closed_loop(engine: Engine, runs: Sequence[_Run], advanced: Advanced) -> tu
     made = [sensor.reader(sensors, [run.noise for run in runs], n) for sensor in SENSORS.values()]
     readers = [reader for reader in made if reader is not None]
     periods = ControlPeriods(controllers, min(CHUNK, samples))
-    q, current, readings = engine.q, engine.current, list(periods.reading)
+    current, readings = engine.current, list(periods.reading)
     for start in range(0, samples, CHUNK):
         rows = slice(start, min(start + CHUNK, samples))
         length = rows.stop - start
@@ -204,7 +206,7 @@ def _closed_loop(engine: Engine, runs: Sequence[_Run], advanced: Advanced) -> tu
                 periods.q_ref[:length, i] = controller.q_ref[rows]
         for k in range(length):
             reading = readings[k]
-            reading[...] = q
+            engine.read(reading)
             for distort in readers:
                 distort(reading)
             if start + k == 0:

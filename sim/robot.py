@@ -168,6 +168,8 @@ class Robot(Table):
         home: Start pose [rad].
         drives: Nominal drives.
         coupling: Motors that turn with the sum of two joints.
+        transmission: Rows of the matrix A of motors that several joints turn, q_motor = A q, torque = A' g v; drives
+            and logs are those of the motors.
         frames: Bodies, by the name of the distance in the model whose end they are.
         gravity_spring: A spring that supports an axis against gravity.
         rated_load: Largest payload mass [kg].
@@ -182,6 +184,7 @@ class Robot(Table):
     home: PerJoint
     drives: RatedDrives
     coupling: list[Coupling] = Field([])
+    transmission: tuple[tuple[float, ...], ...] | None = None
     frames: dict[str, str] = Field({})
     gravity_spring: GravitySpring | None = None
     rated_load: Length | None = None
@@ -199,6 +202,11 @@ class Robot(Table):
         """Number of joints."""
         return len(self.drives.gain)
 
+    @property
+    def motors(self) -> Array | None:
+        """Matrix from positions of joints to those of motors, shape (n, n); None if they are the same."""
+        return None if self.transmission is None else np.array(self.transmission)
+
     @model_validator(mode="after")
     def _matching_parts(self) -> "Robot":
         n, faults = self.n, list[str]()
@@ -209,6 +217,13 @@ class Robot(Table):
                 faults.append(f"coupling of motor {motor + 1} with joint {other + 1}: expected two of its {n} joints")
         if len({each.motor for each in self.coupling}) < len(self.coupling):
             faults.append("coupling: a motor is named twice; each can be coupled to one other joint only")
+        if self.transmission is not None:
+            if any(len(row) != n for row in self.transmission) or len(self.transmission) != n:
+                faults.append(f"transmission: expected {n} rows of {n} numbers, q_motor = A q")
+            elif not abs(np.linalg.det(np.array(self.transmission))) > 0.0:
+                faults.append("transmission: the matrix is singular; expected motors that move all joints")
+            elif self.coupling:
+                faults.append("transmission: it states what coupling does; give one of both")
         if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < n - 1:
             faults.append(
                 f"gravity_spring acts on joint {self.gravity_spring.joint + 1}: expected one of its first {n - 1} "

@@ -90,7 +90,7 @@ class Arm:
     @property
     def to_joints(self) -> Array | None:
         """Matrix from positions of motors to those of joints, A^-1, shape (n, n); None without a transmission."""
-        return None if self.transmission is None else np.linalg.inv(self.transmission)
+        return None if self.transmission is None else np.asarray(np.linalg.inv(self.transmission), np.float64)
 
     def of_motors(self, torque: Array) -> Array:
         """Convert torques of the joints, shape (N, n, ...), to those of the motors, A'^-1 times them."""

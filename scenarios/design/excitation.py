@@ -54,7 +54,8 @@ def finite(value: float) -> float | None:
 class Limits:
     """Bounds of a motion, infinite if unbounded; arrays have shape (n,), units rad or m, s, and N m or N.
 
-    The torque is that of a joint at its current limit.
+    Positions are those of joints; speeds, accelerations and torques, at the current limit, those of motors, which turn
+    with several joints by the matrix `motors` (`Robot.motors`).
     """
 
     lower: Array
@@ -62,6 +63,7 @@ class Limits:
     velocity: Array
     acceleration: Array
     torque: Array
+    motors: Array | None = None
 
     @classmethod
     def of(cls, plant: Plant) -> "Limits":
@@ -82,6 +84,7 @@ class Limits:
             velocity=robot.drives.max_velocity,
             acceleration=robot.drives.max_acceleration,
             torque=drives.current_limit * np.abs(drives.gain),
+            motors=robot.motors,
         )
 
     @property
@@ -97,10 +100,11 @@ class Limits:
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
         """Return the excess over the usable shares of the limits, relative to them, at least zero, shape (4, N, n).
 
-        The motion is q, dq, ddq, each (N, n); torques [N m] are without and with payload, (2, N, n). The order is that
-        of `SHARES`.
+        The motion of the motors is q, dq, ddq, each (N, n); torques [N m] are without and with payload, (2, N, n). The
+        order is that of `SHARES`.
         """
         q, dq, ddq = motion
+        q = q if self.motors is None else np.linalg.solve(self.motors, q.T).T
         used = (
             np.abs(q - self.center) / self.half,
             np.abs(dq) / self.velocity,
@@ -112,6 +116,7 @@ class Limits:
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
         """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
         q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
+        dq, ddq = (x if self.motors is None else x @ self.motors.T for x in (dq, ddq))
         center = trajectory.center
         room = SHARES["range"] * np.minimum(self.upper - center, center - self.lower)
         scales = (

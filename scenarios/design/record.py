@@ -62,7 +62,7 @@ SAFETY = (
 
 
 def sampled(setup: Setup, rate_hz: float) -> States:
-    """Return the motion of a scenario at a rate [Hz]; the last sample is at its end, so the last period may be shorter.
+    """Return the motion of a scenario's motors at a rate [Hz], to its end: the last period may be shorter.
 
     Raises `ScenarioError` if there are too many samples.
     """
@@ -75,7 +75,8 @@ def sampled(setup: Setup, rate_hz: float) -> States:
         )
     t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
-    return States(t, *motion(t))
+    A = setup.plant.robot.motors
+    return States(t, *(x if A is None else x @ A.T for x in motion(t)))
 
 
 def controller_files(setup: Setup, motion: States) -> dict[str, str]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from ident.model.arm import Arm, load_arm, minimal_model
+from ident.model.arm import Arm, load_arm, minimal_model, with_transmission
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import joint_pose, regressor
 from ident.model.structure import BaseParameters, Structure, structure_of
@@ -237,7 +237,7 @@ def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure
 def _structure(arm: "Robot", stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
     found = read_arm(arm.model, couplings, flange=arm.flange)
     check_same_payload(found, arm)
-    return structure_of(found)
+    return structure_of(found if arm.motors is None else with_transmission(found, arm.motors))
 
 
 def check_same_payload(arm: Arm, robot: "Robot") -> None:

@@ -320,6 +320,7 @@ def setup_of(scenario: Scenario) -> Setup:
         gain=table.belief.controller_gain,
         rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
         flange=plant.robot.flange,
+        transmission=plant.robot.transmission,
     )
     experiments = tuple(
         Experiment(

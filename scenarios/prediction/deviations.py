@@ -126,7 +126,9 @@ class ArmModel:
         )
 
     def rows(self, motion: tuple[Array, Array, Array], rate_hz: float) -> MotionRows:
-        """Return the columns and torques of a motion q, dq, ddq, each (N, n), sampled at a rate."""
+        """Return the columns and torques of the motors in a motion q, dq, ddq of the joints, (N, n), at a rate."""
+        if (A := self.structure.arm.transmission) is not None:
+            motion = motion[0] @ A.T, motion[1] @ A.T, motion[2] @ A.T
         W = regressor(self.structure.arm, *motion)
         Y, bare = W[:, :, self.structure.payload_columns], W @ self.chi + self.bias
         return MotionRows(motion=motion, W=W, Y=Y, rigid=W @ self.inertial, bare=bare, rate_hz=rate_hz)

@@ -127,6 +127,10 @@ class GainsFile(Table):
         None,
         description="Total covariance of the identifiable joints' gains, in order; in products of `unit`",
     )
+    transmission: tuple[tuple[float, ...], ...] | None = Field(
+        None,
+        description="Ratios of positions, rows of A, q_motor = A q, if gains are of motors that several joints turn",
+    )
     options: OptionsEntry = Field(OptionsEntry(), description="Options of the identification")
     model: ModelEntry | None = Field(None, description="Model of the robot")
     recordings: tuple[RecordingEntry, ...] = Field((), description="Recordings from which the gains were identified")
@@ -166,6 +170,13 @@ class GainsFile(Table):
             )
         known = self.known
         known.check_arm(arm)
+        if self.transmission != (None if arm.transmission is None else tuple(map(tuple, arm.transmission.tolist()))):
+            raise GainsError(
+                f"gains: identified with the transmission {shown(self.transmission)}, which robot {arm.name} does not "
+                "have; use the robot.toml that they were identified with"
+                if self.transmission
+                else f"gains of a motor for each joint, but those of robot {arm.name} turn with several (transmission)"
+            )
         return known
 
     @property
@@ -257,6 +268,7 @@ def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
             "method": estimate.method,
             "gains": tuple(gains),
             "covariance": estimated_gains(estimate).covariance.tolist(),
+            "transmission": None if (A := origin.arm.transmission) is None else A.tolist(),
             "options": {
                 "method": stated(origin.options),
                 "observe": stated(origin.observing),

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, Field
 
 from ident.estimation.problem import GainOptions
@@ -46,6 +47,10 @@ class RobotTable(Table):
     model: Name = Field(description="File in the same folder")
     couplings: tuple[tuple[Number, Number], ...] = Field(
         (), description="Joints, from 1, whose second motor turns with both"
+    )
+    transmission: tuple[tuple[float, ...], ...] | None = Field(
+        None,
+        description="Ratios of positions, rows of A, q_motor = A q, if motors turn with several joints; null if not",
     )
 
 
@@ -121,10 +126,13 @@ def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTabl
         write_recording(motion.recording, folder / name.recording)
         if motion.payload is not None and name.payload is not None:
             write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
-    couplings = tuple((i + 1, j + 1) for i, j in problem.arm.couplings)
+    couplings, A = tuple((i + 1, j + 1) for i, j in problem.arm.couplings), problem.arm.transmission
+    transmission = None if A is None else tuple(tuple(row) for row in A.tolist())
     return ProblemFile(
         format=1,
-        robot=RobotTable(model=write_model(problem.model, problem.flange, folder), couplings=couplings),
+        robot=RobotTable(
+            model=write_model(problem.model, problem.flange, folder), couplings=couplings, transmission=transmission
+        ),
         motions=tuple(names),
         observe=asdict(problem.observing),
         gains=asdict(problem.gains),
@@ -181,7 +189,9 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
     couplings, model = tuple((first - 1, second - 1) for first, second in stated.robot.couplings), stated.robot.model
     return GivenProblem(
         model=folder / model,
-        arm=load_arm(folder / model, couplings),
+        arm=load_arm(
+            folder / model, couplings, transmission=None if (A := stated.robot.transmission) is None else np.array(A)
+        ),
         motions=tuple(motions),
         observing=options(ObserveOptions, stated.observe, "observe"),
         gains=options(GainOptions, stated.gains, "gains"),

@@ -21,7 +21,7 @@ from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
 from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives_of, each_value
-from sim.effects.transmissions import coupling_tendons
+from sim.effects.transmissions import places_of_motors
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
 
@@ -44,10 +44,9 @@ class FrictionDrift(Effect):
     def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
         """Change friction of joints and coupled motors; damping of a transmission is not friction."""
         dry, viscous = ((1.0 + drift) ** build.earlier for drift in (self.coulomb_drift, self.viscous_drift))
-        model.dof_frictionloss *= dry
-        model.tendon_frictionloss *= dry
-        model.dof_damping *= viscous
-        model.tendon_damping[coupling_tendons(model)] *= viscous
+        for kind, place in places_of_motors(model):
+            getattr(model, f"{kind}_frictionloss")[place] *= dry
+            getattr(model, f"{kind}_damping")[place] *= viscous
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,8 +19,8 @@ from sim.errors import PlantError
 from sim.model_spec import arm_joints, driven_joints
 from sim.robot import DriveTruth, Robot
 
-COUPLING, TRANSMISSION = "_coupling", "_transmission"
-"""Endings of the names of the tendons of a coupled motor and of an elastic joint."""
+COUPLING, TRANSMISSION, MOTOR = "_coupling", "_transmission", "_motor"
+"""Endings of the names of tendons: of a coupled motor, of an elastic joint, and of a motor that several joints turn."""
 TRANSMISSION_DAMPING = 0.05
 """Damping ratio of an elastic transmission on its rotor; assumed."""
 FASTEST_MODE = 4.0 * TRANSMISSION_DAMPING
@@ -99,9 +99,11 @@ def own_parts(share: float, robot: Robot, drives: DriveTruth) -> dict[str, Array
     return own
 
 
-def coupling_tendons(model: mujoco.MjModel) -> slice:
-    """Return the slice of the tendons of coupled motors in a compiled model; empty without any."""
-    return _tendons(model, COUPLING)
+def places_of_motors(model: mujoco.MjModel) -> list[tuple[str, slice]]:
+    """Return where a compiled model has inertia and friction of the n motors, then of the c coupled ones."""
+    if (motors := _tendons(model, MOTOR)).stop:
+        return [("tendon", motors)]
+    return [("dof", driven_joints(model)), ("tendon", _tendons(model, COUPLING))]
 
 
 def _tendons(model: mujoco.MjModel, ending: str) -> slice:
@@ -135,6 +137,11 @@ class JointElasticity(Effect):
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         if self.joint_compliance is None:
             return
+        if robot.transmission is not None:
+            raise PlantError(
+                f"errors: joint_compliance: elastic joints of {robot.name}, whose motors turn with several joints, are "
+                "not simulated; leave it out of errors and sources"
+            )
         if len(self.joint_compliance) != robot.n:
             raise PlantError(
                 f"errors: joint_compliance: {len(self.joint_compliance)} values [rad/(N m)], expected {robot.n}, one "

@@ -1,0 +1,82 @@
+"""A robot whose motors turn with several joints, from its file to gains, predictions, folders and commands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import RX90, short_motion
+
+import rx90_mjcf
+import scenarios
+from ident.estimation.problem import GainOptions
+from ident.model.arm import load_arm
+from ident.observation.observation import ObserveOptions
+from ident.support.errors import GainsError
+from scenarios.design.excitation import SHARES, Limits
+from scenarios.design.record import sampled
+from scenarios.experiments.motions import write_motion
+from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.prediction.deviations import ArmModel
+from scenarios.results.gains_file import gains_file
+from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
+from sim.feedforward_currents import feedforward_currents
+
+A = np.eye(6)
+A[2, 1], A[4:, 4:] = 1.0, ((0.7, 0.4), (0.6, -0.9))
+"""The elbow turns against the base, the wrist is a differential of unequal gears."""
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("turned")
+    text = rx90_mjcf.ROBOT.read_text(encoding="utf-8")
+    text = text[: text.index("[[coupling]]")] + text[text.index("[frames]") :]
+    stated = f'model = "{RX90.model}"\ntransmission = {A.tolist()}'
+    (folder / "robot.toml").write_text(text.replace('model = "rx90.xml"', stated), encoding="utf-8")
+    write_motion(short_motion(8.0, 0.25), folder / "motion.toml", [])
+    path = folder / "scenario.toml"
+    path.write_text(
+        'extends = "nominal"\nrobot = "robot.toml"\nexperiment.motion = "motion.toml"\nexperiment.step = 0.002\n'
+        "experiment.controller.rate_hz = 500.0\n"
+    )
+    return str(path)
+
+
+def test_gains_of_motors_are_found_and_belong_to_that_transmission(scenario, tmp_path):
+    loaded = scenarios.load(scenario)
+    logs = loaded.simulate(seed=4).logs
+    found = loaded.run(seed=4).identification.estimate
+    error = (found.gain - RX90.drives.gain) / found.std
+    assert found.identifiable[1:].all()  # a differential wrist shows the payload on both of its motors
+    assert np.abs(error).max() < 3.0
+    origin = GivenProblem(
+        model=RX90.model, arm=loaded.arm, motions=tuple(logs), observing=ObserveOptions(), gains=GainOptions()
+    )
+    file = gains_file(found, origin)
+    assert file.transmission == tuple(map(tuple, A.tolist()))
+    file.of(loaded.arm)
+    with pytest.raises(GainsError, match="transmission"):
+        file.of(load_arm(RX90.model))
+    with pytest.raises(GainsError, match="several"):
+        file.model_copy(update={"transmission": None}).of(loaded.arm)
+    write_problem(tmp_path / "problem", origin)
+    np.testing.assert_array_equal(read_problem(tmp_path / "problem").arm.transmission, A)
+
+
+def test_predicted_currents_motions_and_limits_are_those_of_the_motors(scenario):
+    setup = setup_of(load_scenario(scenario))
+    bare, rate = setup.experiments[0], 25.0
+    (v,) = feedforward_currents([bare], rate)  # by MuJoCo
+    motion = bare.trajectory(np.arange(len(v)) / rate)
+    rows = ArmModel.of(setup.plant, setup.structure).rows(motion, rate)  # by identification's own model
+    np.testing.assert_allclose(rows.bare / setup.plant.drives.gain, v, rtol=0, atol=1e-3 * np.abs(v).max())
+    commanded = sampled(setup, rate)
+    for own, given in zip(commanded[1:], motion, strict=True):
+        np.testing.assert_allclose(own, given @ A.T, rtol=0, atol=1e-12)
+    whole = Limits.of(setup.plant)
+    tight = replace(whole, lower=0.1 * whole.lower, upper=0.2 * whole.upper, velocity=0.1 * whole.velocity)
+    over = tight.excess(tuple(commanded[1:]), np.zeros((2, len(v), 6)))
+    used = np.abs(motion[0] - tight.center) / tight.half, np.abs(commanded.dq) / tight.velocity
+    expected = np.maximum(used - np.array((SHARES["range"], SHARES["speed"]))[:, None, None], 0.0)
+    assert (expected.max(axis=(1, 2)) > 0.0).all()
+    np.testing.assert_allclose(over[:2], expected, rtol=0, atol=1e-9)

@@ -6,6 +6,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from threadpoolctl import threadpool_limits
+
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits, worst_first
 from ident.diagnosis.estimate_evidence import NO_RESULT, Estimate
@@ -37,6 +39,8 @@ from ident.support.arrays import Array, MaskedArray
 from ident.support.errors import Contradiction, IdentificationError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
+one_thread = threadpool_limits.wrap(limits=1, user_api="blas")
+"""Decorator that keeps BLAS on one thread: on many small matrices several take ten times as long."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -97,6 +101,7 @@ class Identification:
         return self.found.diagnoses
 
 
+@one_thread
 def identify(
     arm: Arm | Structure,
     logs: Sequence[Motion],
@@ -219,6 +224,7 @@ class Checked:
     observing: ObserveOptions = OBSERVE_DEFAULTS
 
 
+@one_thread
 def check(
     recordings: Sequence[Recording],
     structure: Structure,

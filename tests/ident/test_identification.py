@@ -9,7 +9,9 @@ import pytest
 from consistency_logs import LOOSE, changed, logs_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
 from real_friction import GAIN, Truth
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from ident import identification
 from ident.estimation.estimate import IdentifiedGain, joint_signs
 from ident.estimation.estimators import ESTIMATORS, plug_in
 from ident.estimation.estimators.nls import AllJointsOptions
@@ -19,7 +21,7 @@ from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion
-from ident.support.errors import Contradiction, NotIdentifiable, OptionError
+from ident.support.errors import Contradiction, NotIdentifiable, OptionError, RecordingError
 
 
 def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(axes):
@@ -167,3 +169,21 @@ def test_all_joints_find_no_gain_where_nothing_is_mounted_and_the_payload_is_ask
     logs = [known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(each), middle=UR_MIDDLE)[0] for each in (1, 8)]
     with pytest.raises(NotIdentifiable, match=r"was the payload mounted\?$"):
         identify(ur, mounted(*logs, BRICK), policy=SIMULATED, gains=GainOptions(max_rel_std=0.5))
+
+
+@pytest.mark.parametrize("name", ["identify", "check"])
+def test_blas_has_one_thread_however_many_the_caller_has(name, monkeypatch):
+    threads = list[int]()
+
+    def prepared(*_: object, **__: object) -> None:
+        threads.extend(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas")
+        raise RecordingError("seen")
+
+    monkeypatch.setattr(identification, "prepare", prepared)
+    call = {"identify": lambda: identification.identify(None, []), "check": lambda: identification.check(
+        [], None, observing=identification.OBSERVE_DEFAULTS, gains=identification.GAIN_DEFAULTS
+    )}[name]  # fmt: skip
+    with threadpool_limits(2, "blas"), pytest.raises(RecordingError):
+        call()
+    assert threads
+    assert set(threads) == {1}

@@ -106,9 +106,17 @@ class HeldOutEstimate:
         weight = self.solution.rows.weight[:, None]
         return replace(direction, columns=(weight * self.stacked(direction.columns),))
 
+    @cached_property
+    def _known(self) -> dict[tuple[Alternative, float], Evidence | None]:
+        """Improvements that were computed before."""
+        return {}
+
     def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
         """Improvement by each of many directions, each added alone; None also for less than `worth`."""
-        return each_added(self.fits, [self.weighted(each).columns for each in directions], worth)
+        new = [each for each in directions if (each, worth) not in self._known]
+        found = each_added(self.fits, [self.weighted(each).columns for each in new], worth)
+        self._known.update(((each, worth), more) for each, more in zip(new, found, strict=True))
+        return [self._known[each, worth] for each in directions]
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""

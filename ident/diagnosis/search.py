@@ -260,8 +260,10 @@ def faults(
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
         terms = [each for each in seen.small if each.alternative.term]
         found = [each for each in (*_in_full(seen, harmless), *terms) if each.z > SHOWN]
-        rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found else []
-        likely = [each.alternative for each in screened(seen.logs, rest) if each.gain > WORTH][:LOOKED_AT]
+        if not found:
+            return []
+        rest = screened(seen.logs, [each for family in FAMILIES for each in family.laborious(seen.logs)])
+        likely = [each.alternative for each in rest if each.gain > WORTH][:LOOKED_AT]
         exact = (compared(seen.logs, each) for each in likely)
         return found + [each for each in exact if each is not None and each.z > SHOWN]
 

@@ -75,6 +75,14 @@ class Coefficients:
         """Standard errors, shape (m,)."""
         return deviations(self.covariance)
 
+    @property
+    def may_predict(self) -> bool:
+        """Whether they improve the fit by more than overfitting does: without, predictions do not (Akaike 1974).
+
+        It only saves time.
+        """
+        return float(self.value @ np.linalg.solve(self.covariance, self.value)) > 2.0 * len(self.value)
+
     def of(self, laws: Collection[str]) -> "Coefficients":
         """Those of some laws."""
         at = np.array([k for k, each in enumerate(self.places) if each.law in laws], np.intp)
@@ -144,7 +152,8 @@ def with_laws(
     try:
         free = coefficients(fitted({law: WIDE * stated[law] for law in possible}, before).fit, columns)
         spread = {law: expected_spread(free.of([law]), stated[law]) for law in possible}
-        while left := [law for law in possible if law not in shown]:
+        likely = [law for law in possible if free.of([law]).may_predict]
+        while left := [law for law in likely if law not in shown]:
             tried = {law: fitted({each: spread[each] for each in (*shown, law)}, model.fit) for law in left}
             gain = {law: improvement(each.fit, model.fit) for law, each in tried.items()}
             best = max(left, key=lambda law: float(gain[law].sum()))

@@ -29,6 +29,41 @@ STIFFEST = 400.0
 """Largest natural frequency of a rotor on its presliding stiffness [rad/s]: 0.4 rad in a period of 1 ms."""
 
 
+Deflected = Callable[[Array], Callable[[Array, float], Array]]
+"""Returns, for distances (B, 1), a function from speeds (B, k) and a period [s] to relative deflections s, (B, k)."""
+
+
+def stepwise(distance: Array) -> Callable[[Array, float], Array]:
+    """Return the function for the speeds of successive control periods."""
+    kept: list[Array] = []
+
+    def now(speed: Array, period: float) -> Array:
+        s, side = kept.pop() if kept else np.zeros_like(speed), np.sign(speed)
+        kept.append(side + (s - side) * np.exp(-np.abs(speed) * period / distance))
+        return s
+
+    return now
+
+
+def at_once(distance: Array) -> Callable[[Array, float], Array]:
+    """Return the function for all speeds of one motion: between reversals s - sign(dq) decays with the distance."""
+
+    def course(speed: Array, period: float) -> Array:
+        side, moved = np.sign(speed), np.abs(speed) * period
+        s = np.zeros_like(moved)
+        for k in range(moved.shape[1]):
+            turns = np.flatnonzero(np.diff(side[:, k])) + 1
+            before = 0.0
+            for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
+                travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
+                decay = np.exp(-travelled / distance[0, 0])
+                course = side[begin, k] + (before - side[begin, k]) * decay
+                s[begin:end, k], before = course[:-1], course[-1]
+        return s
+
+    return course
+
+
 @dataclass(frozen=True, kw_only=True)
 class FrictionDrift(Effect):
     """Relative change of friction from each motion to the next; -1 removes friction.
@@ -181,10 +216,10 @@ class Presliding(Effect):
         return self.presliding > 0.0
 
     @classmethod
-    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+    def term(cls, values: Sequence[object], builds: Sequence[Build], deflected: Deflected = stepwise) -> Term:
         (distance,) = each_value(values, "presliding")
         builds_up = distance > 0.0
-        deflection = _deflection(np.where(builds_up, distance, 1.0))
+        deflection = deflected(np.where(builds_up, distance, 1.0))
 
         def add(step: ControlStep) -> None:
             force = np.where(builds_up, deflection(step.speed, step.period) * step.friction, 0.0)
@@ -194,13 +229,7 @@ class Presliding(Effect):
         return add
 
     def along(self, build: Build) -> Term:
-        distance = self.presliding
-
-        def add(step: ControlStep) -> None:
-            step.torque[:] -= (_course(distance, step.speed, step.period) * step.friction) @ step.turns[0]
-            step.friction[:] = 0.0
-
-        return add
+        return Presliding.term([self], [build], at_once)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,9 +249,9 @@ class DressPack(Effect):
         return self.dress_pack > 0.0
 
     @classmethod
-    def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:
+    def term(cls, values: Sequence[object], builds: Sequence[Build], deflected: Deflected = stepwise) -> Term:
         share, reach = each_value(values, "dress_pack", "dress_reach")
-        drives, deflection = drives_of(builds), _deflection(reach)
+        drives, deflection = drives_of(builds), deflected(reach)
         most = share * np.abs(drives["gain"]) * drives["current_limit"]
 
         def add(step: ControlStep) -> None:
@@ -231,36 +260,4 @@ class DressPack(Effect):
         return add
 
     def along(self, build: Build) -> Term:
-        reach, most = self.dress_reach, self.dress_pack * np.abs(build.drives.gain) * build.drives.current_limit
-
-        def add(step: ControlStep) -> None:
-            step.torque[:] -= most * _course(reach, step.dq, step.period)
-
-        return add
-
-
-def _deflection(distance: Array) -> Callable[[Array, float], Array]:
-    """Return a function of successive speeds (B, k) and a period [s]: relative deflections s at its start, (B, k)."""
-    kept: list[Array] = []
-
-    def now(speed: Array, period: float) -> Array:
-        s = kept.pop() if kept else np.zeros_like(speed)
-        side = np.sign(speed)
-        kept.append(side + (s - side) * np.exp(-np.abs(speed) * period / distance))
-        return s
-
-    return now
-
-
-def _course(distance: float, speed: Array, period: float) -> Array:
-    """Return s along a motion with speeds (N, k): between two reversals s - sign(dq) decays with the distance."""
-    side, moved = np.sign(speed), np.abs(speed) * period
-    s = np.zeros_like(moved)
-    for k in range(moved.shape[1]):
-        turns = np.flatnonzero(np.diff(side[:, k])) + 1
-        before = 0.0
-        for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
-            travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
-            course = side[begin, k] + (before - side[begin, k]) * np.exp(-travelled / distance)
-            s[begin:end, k], before = course[:-1], course[-1]
-    return s
+        return DressPack.term([self], [build], at_once)

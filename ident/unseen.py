@@ -159,12 +159,9 @@ def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains
 def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: KnownGains | None = None) -> Unseen:
     """Predict a motion with given gains and the arm identified with them, and in the same way with other gains.
 
-    `prepared` are the motions used for the gains or the arm.
-
-    Raises:
-        IdentificationError: If the motion is one of those, has a fault or cannot be observed; if no motion was bare.
-        PayloadError: If mass or centre of its payload is unknown.
-        GainsError: If no joint has a gain in both, or the signs of a joint differ.
+    `prepared` are the motions used for the gains or the arm. Raises `IdentificationError` if the motion is one of
+    those, has a fault or cannot be observed, or no motion was bare; `PayloadError` if mass or centre of its payload is
+    unknown; `GainsError` if no joint has a gain in both, or the signs of a joint differ.
     """
     if other is not None:
         check_comparable(gains, other)

@@ -110,9 +110,9 @@ def plant_model(
     """Compile a plant with its payload or with a bare flange.
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch. `step` is the
-    physics step [s], `earlier` the number of motions before this one. With `full_spec` as `read`, the model has all
-    its shapes; the motion is bitwise the same. Raises `PlantError` if the model file cannot be compiled or is of
-    another arm, or a model error exceeds what the arm or the step allows.
+    physics step [s], `earlier` the number of motions before this one. With `full_spec` as `read`, the model has all its
+    shapes; the motion is bitwise the same. Raises `PlantError` if the model is of another arm, or an error exceeds what
+    it allows.
     """
     n, path = plant.robot.n, plant.robot.model
     build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)

@@ -81,8 +81,8 @@ def link_motions(
 def joint_pose(arm: Arm, j: int, q: Array, length: Array | float = 1.0) -> tuple[Array, Vector]:
     """Return rotation from frame j - 1 to frame j, (3, 3, samples), and origin of frame j in frame j - 1.
 
-    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `q` and the factor `length` of the
-    distance between the frames have the shape (samples,).
+    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `length` is a factor of the
+    distance.
     """
     axis, back, turn, arrow = arm.axis[j], arm.rotation[j].T, q, _along(arm.translation[j], length)
     if not arm.revolute[j]:

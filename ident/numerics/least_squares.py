@@ -36,17 +36,11 @@ class LeastSquares:
 
 
 def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
-    """Solve `Y = W @ x` in the least squares sense (paper, eq. 17, 19 and 20).
+    """Solve `Y = W @ x`, W of shape (r, b), r > b, in the least squares sense (paper, eq. 17, 19 and 20).
 
-    Columns are scaled to unit norm before the factorisation, so the rank does not depend on units.
-
-    Args:
-        W: Observation matrix, shape (r, b), r > b.
-        Y: Measurements, shape (r,).
-        rank_tol: Smallest relative singular value of the scaled W for full rank.
-
-    Raises:
-        NotIdentifiable: If there are fewer rows than unknowns plus one, a column is zero, or W is rank deficient.
+    Columns are scaled to unit norm before the factorisation, so the rank does not depend on units. Raises
+    `NotIdentifiable` if there are too few rows, a column is zero, or a relative singular value of the scaled W is below
+    `rank_tol`.
     """
     r, b = W.shape
     if r <= b:

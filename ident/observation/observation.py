@@ -157,20 +157,11 @@ class Observation:
 def observe(
     recording: Recording, structure: Structure, options: ObserveOptions, spoilt: Mask | None = None
 ) -> Observation:
-    """Convert a recording to the linear system of its motion (paper, eq. 14 and 15).
+    """Convert a recording of n joints to the linear system of its motion, joint by joint (paper, eq. 14 and 15).
 
-    Args:
-        recording: One motion, n joints; a jittered clock is resampled and noted.
-        structure: Structure of the same arm.
-        options: Filters and thresholds.
-        spoilt: Mask of samples that each joint's rows must not use, shape (N, n), or None.
-
-    Returns:
-        One linear system per joint.
-
-    Raises:
-        RecordingError: If the number of joints differs from the arm's, or the recording is too short or too
-            slowly sampled for the filters.
+    A jittered clock is resampled and noted; `spoilt` is a mask of samples that each joint's rows must not use, (N, n).
+    Raises `RecordingError` if the number of joints differs from the arm's, or the recording is too short or too slowly
+    sampled for the filters.
     """
     n = structure.arm.n
     if recording.n != n:

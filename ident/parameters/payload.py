@@ -123,11 +123,8 @@ class FoundPayload:
 def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
     """Estimate the parameters of a payload with given gains; a joint without a gain contributes little.
 
-    The problem has bare motions and those of one mounting, with an unknown payload (`known = "none"`).
-
-    Raises:
-        NotIdentifiable: If no motion is bare or none is loaded, or no parameter of the payload is identifiable.
-        GainsError: If the gains are not of this arm.
+    The problem has bare motions and those of one mounting, with an unknown payload (`known = "none"`). Raises
+    `NotIdentifiable` without one of both or if no parameter is identifiable, `GainsError` for gains of another arm.
     """
     problem.check_difference()
     selected = with_fixed_gains(problem, options, gains)
@@ -203,16 +200,11 @@ class PaperEstimate:
 
 
 def payload_as_in_paper(system: Columns, gain: Array, gain_std: Array) -> PaperEstimate:
-    """Identify arm and payload together with given gains (paper, eq. 25).
+    """Identify arm and payload together with given gains (paper, eq. 25), from rows of unloaded and loaded motions.
 
-    Args:
-        system: Rows of unloaded and loaded motions of an arm with n joints.
-        gain: Given drive gains [N m / drive unit], shape (n,).
-        gain_std: Their standard deviations, zero for gains taken as exact, shape (n,). Gains are assumed independent of
-            the rows; for gains identified from the same rows the result is conservative.
-
-    Raises:
-        NotIdentifiable: If the motions do not determine every unknown.
+    Gains [N m / drive unit] and their standard deviations, zero for gains taken as exact, have the shape (n,). They
+    are assumed independent of the rows; for gains identified from the same rows the result is conservative. Raises
+    `NotIdentifiable` if the motions do not determine every unknown.
     """
     b, torque = system.W.shape[1], gain[system.joint] * system.V
     W = np.hstack((system.W, system.carried))

@@ -90,19 +90,11 @@ class Verification:
 
 
 def verified(found: FoundPayload, payload: Payload, gains: KnownGains, estimate: GainEstimate | str) -> Verification:
-    """Compare a payload estimated with gains with its weighed mass.
+    """Compare a payload estimated with gains in question with its weighed mass.
 
-    The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
-
-    Args:
-        found: The payload.
-        payload: The same, weighed.
-        gains: The gains in question.
-        estimate: Gains from the same recordings with the weighed payload, or why there are none.
-
-    Raises:
-        PayloadError: If the payload's mass is not known.
-        NotIdentifiable: If the mass is not identifiable.
+    `estimate` has the gains from the same recordings with the weighed payload, or says why there are none. The gains
+    are assumed independent of this recording; correlation through a common bare recording is neglected. Raises
+    `PayloadError` if the payload's mass is not known, `NotIdentifiable` if it is not identifiable.
     """
     if payload.known == "none":
         raise PayloadError("payload: known = 'none', but a verification needs its mass; weigh it, known = 'mass'")

@@ -142,15 +142,10 @@ class KnownPayload:
 
 
 def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequence[float] | Array) -> Array:
-    """Return the standard parameters of a rigid body at the origin of its frame (Huygens-Steiner).
+    """Return the standard parameters of a rigid body at the origin of its frame (Huygens-Steiner), shape (10,).
 
-    Args:
-        mass: Mass [kg].
-        com: Centre of mass [m].
-        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
-
-    Returns:
-        XX, XY, XZ, YY, YZ, ZZ [kg m^2], MX, MY, MZ [kg m], M [kg], shape (10,).
+    They are XX, XY, XZ, YY, YZ, ZZ [kg m^2], MX, MY, MZ [kg m], M [kg], from mass [kg], centre of mass [m], and ixx,
+    iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
     """
     c = np.asarray(com, dtype=np.float64)
     J = _matrix(inertia) + mass * (c @ c * np.eye(3) - np.outer(c, c))

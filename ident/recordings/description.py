@@ -293,8 +293,7 @@ def spread(word: str, place: str) -> list[str]:
 def described(words: Sequence[str]) -> LogDescription:
     """Return the description of a log from command-line words; raises `RecordingError` if one is not valid.
 
-    Each is `t=`, `q=` or `v=` with names, separated by commas, and a unit in brackets, which may be left out; brackets
-    with a number belong to the name of a column.
+    Each is `t=`, `q=` or `v=` with names, separated by commas, and a unit in brackets, which may be left out.
     """
     parts, rate = dict.fromkeys("tqv", NOTHING), None
     for word in words:

@@ -91,18 +91,12 @@ def read_log(
     *,
     check: Callable[..., None] | None = check_log,
 ) -> Log:
-    """Read a recording, with the meaning of the columns that were used.
+    """Read a recording, with the meaning of the columns that were used; further columns are ignored.
 
-    A CSV file has a header line with the column names; `#` starts a comment. Further columns are ignored.
-
-    Args:
-        path: A file of any format of `LOGS`, others are read as CSV, also gzipped; or a data frame.
-        description: Description of its columns, unless they have standard names or a known layout.
-        check: `check_clock` for logs that `ident.preparation` repairs and checks for jumps, None for a report.
-
-    Raises:
-        RecordingError: If the file is missing or unreadable, a column is missing or not numeric, numbers of columns
-            differ, or the values fail the checks of `Recording` or `check`.
+    The file has any format of `LOGS`, others are read as CSV, also gzipped: a header line with the column names, `#`
+    starts a comment. `check` is `check_clock` for logs that `ident.preparation` repairs and checks for jumps, None for
+    a report. Raises `RecordingError` if the file is unreadable, a column is missing or not numeric, or the values fail
+    the checks of `Recording` or `check`.
     """
     given = description or LogDescription()
     if isinstance(path, str | Path):

@@ -141,8 +141,8 @@ def in_order_of_time(motions: Sequence[Motion]) -> tuple[Motion, ...]:
 def share_samples(one: Recording, other: Recording) -> bool:
     """Return whether two recordings have rows in common, as of a motion that is given twice, whole or in part.
 
-    Noise makes each row of positions and currents unique, up to the digits that a file may lack. Rows that repeat, as
-    of an arm at rest, are ignored, and so is 1 % of common rows, as of few joints by chance, or where a log was split.
+    Noise makes each row unique, up to the digits that a file may lack. Rows that repeat, as of an arm at rest, are
+    ignored, and so is 1 % of common rows, as of few joints by chance, or where a log was split.
     """
     if one.n != other.n:
         return False

@@ -68,11 +68,7 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
 
 
 class Varying:
-    """The effects of several simulations of one layout, as one function of their states.
-
-    Attributes:
-        warmth: Temperature rise of the drives, now [K], shape (B, n).
-    """
+    """The effects of several simulations of one layout, as one function of their states."""
 
     def __init__(self, members: Sequence[Varied], models: Sequence[mujoco.MjModel], *, period: float) -> None:
         """Stack the constant arrays of simulations with these models and this control period [s]."""
@@ -146,12 +142,7 @@ class Simulation:
 
 
 class Engine:
-    """B simulations on models of one layout.
-
-    Attributes:
-        q: Positions of the driven joints [rad], a live view, shape (B, n); `read` gives those of their motors.
-        current: Current references [drive units], held until written again, shape (B, n).
-    """
+    """B simulations on models of one layout."""
 
     def __init__(self, simulations: Sequence[Simulation], *, substeps: int, threads: int) -> None:
         """Put every simulation at rest at its start; an `advance` has `substeps` physics steps."""
@@ -162,10 +153,10 @@ class Engine:
         self._own = own = driven_joints(self._models[0])
         state: Array = self._batch.bind("qpos")
         state[:] = [s.start for s in simulations]
-        self.q: Array = state[:, own]
+        self.q: Array = state[:, own]  # positions of the driven joints [rad], a live view, (B, n)
         turned = [s.motors for s in simulations if s.motors is not None]  # of all, as their layout is the same
         self._motors = np.stack(turned) if turned else None
-        self.current: Array = self._batch.bind("ctrl")
+        self.current: Array = self._batch.bind("ctrl")  # references, held until written again, (B, n)
         self._dq: Array = self._batch.bind("qvel")[:, own]
         self._applied: Array = self._batch.bind("qfrc_applied")[:, own]
         self._rows = np.flatnonzero([s.varied is not None for s in simulations])

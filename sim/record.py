@@ -225,14 +225,9 @@ class ControlPeriods:
     """B controllers in a sequence of control periods, with their readings and commands.
 
     With few simulations, the number of NumPy calls determines the computing time. Values that undergo the same
-    operation are therefore adjacent in memory, and all views are created once.
-
-    Attributes:
-        reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).
-        q_ref: Reference positions, written before the run, used only by the integral action [rad], shape (length, B,
-            n); None without integral action.
-        reading: Encoder readings, written right before the period is commanded [rad], shape (length, B, n).
-        v: Current references before saturation [drive units], shape (length, B, n).
+    operation are therefore adjacent in memory, and all views are created once. Readings [rad], references and currents
+    before saturation `v` [drive units] have the shape (length, B, n). References are written before the run, a reading
+    right before its period is commanded.
     """
 
     def __init__(self, controllers: Sequence[Controller], length: int) -> None:
@@ -247,7 +242,7 @@ class ControlPeriods:
         self._ki = ki if ki.any() else None
         self._memory = np.zeros((length + 2, 4, B, n))  # a period before, then the run, then where its last one ends
         self.reading, self.reference = self._memory[1:-1, 0], self._memory[1:-1, 2]
-        self.q_ref = None if self._ki is None else np.zeros((length, B, n))
+        self.q_ref = None if self._ki is None else np.zeros((length, B, n))  # for the integral action
         self.v = np.zeros((length, B, n))
         # Of a period: readings, speed estimate of the period before, reference, difference to the readings before. The
         # results, reference minus position feedback and speed estimate, are where the next period has its first two.

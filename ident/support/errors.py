@@ -5,6 +5,7 @@ class ProjectError(Exception):
     """Base of the errors that this project raises on purpose; the message is one line for the user.
 
     Attributes:
+        reason: The reason; in the message, the place precedes it, if given.
         joint: The joint, from 0; None if it is not of one joint.
         value: The refused number, None if there is none.
         bounds: Smallest and largest number that is allowed, infinite without a limit; None without a number.
@@ -13,16 +14,17 @@ class ProjectError(Exception):
 
     def __init__(
         self,
-        message: str,
+        reason: str,
+        place: str = "",
         *,
         joint: int | None = None,
         value: float | None = None,
         bounds: tuple[float, float] | None = None,
         kind: str = "",
     ) -> None:
-        """State the message and the numbers in it."""
-        super().__init__(message)
-        self.joint, self.value, self.bounds = joint, value, bounds
+        """State the reason, its place, as a recording, and the numbers in it."""
+        super().__init__(f"{place}: {reason}" if place else reason)
+        self.reason, self.joint, self.value, self.bounds = reason, joint, value, bounds
         self.kind = kind or type(self).__name__
 
 
@@ -31,24 +33,7 @@ class IdentificationError(ProjectError, ValueError):
 
 
 class RecordingError(IdentificationError):
-    """A recording, its file or its description that cannot be used.
-
-    Attributes:
-        reason: The reason; in the message, the recording's name precedes it, if given.
-    """
-
-    def __init__(
-        self,
-        reason: str,
-        recording: str = "",
-        *,
-        joint: int | None = None,
-        value: float | None = None,
-        bounds: tuple[float, float] | None = None,
-    ) -> None:
-        """State the reason, the recording, and the numbers."""
-        super().__init__(f"{recording}: {reason}" if recording else reason, joint=joint, value=value, bounds=bounds)
-        self.reason = reason
+    """A recording, its file or its description that cannot be used."""
 
 
 class RobotModelError(IdentificationError):

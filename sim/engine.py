@@ -90,14 +90,13 @@ class Varying:
         ]
         self._before: ControlStep | None = None
 
-    def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
+    def torque(self, *, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
         """Write the friction of a control period, and return the additional torque [N m], shape (B, n).
 
         The arguments are those of `ControlStep`; accelerations and torques of dry friction (rubbing) are of the last
         physics step.
         """
         step = ControlStep(
-            t=t,
             period=self._period,
             q=q,
             dq=dq,
@@ -150,7 +149,7 @@ class Engine:
         self._batch = Batch(self._models[0], len(self._models), nthread=threads)
         self._batch.set_models(self._models)
         self._substeps = substeps
-        self._own = own = driven_joints(self._models[0])
+        own = driven_joints(self._models[0])
         state: Array = self._batch.bind("qpos")
         state[:] = [s.start for s in simulations]
         self.q: Array = state[:, own]  # positions of the driven joints [rad], a live view, (B, n)
@@ -163,11 +162,11 @@ class Engine:
         members = [s.varied for s in simulations if s.varied is not None]
         self._varying: Varying | None = None
         if members:
-            self._period = substeps * float(self._models[0].opt.timestep)
             self._range = np.stack([self._models[i].actuator_ctrlrange.T for i in self._rows], axis=1)
-            self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
+            self._varying = Varying(
+                members, [self._models[i] for i in self._rows], period=substeps * float(self._models[0].opt.timestep)
+            )
             self._ddq, self._rubbing = (self._batch.bind(name)[:, own] for name in ("qacc", "qfrc_constraint"))
-        self._time = 0.0
 
     def read(self, out: Array) -> None:
         """Write the positions of the motors [rad], shape (B, n)."""
@@ -186,12 +185,11 @@ class Engine:
                 q, dq, ddq = (np.einsum("bij,bj->bi", A, each) for each in (q, dq, ddq))
                 rubbing = np.asarray(np.linalg.solve(A.swapaxes(1, 2), rubbing[:, :, None])[:, :, 0], np.float64)
             v = np.clip(self.current[rows], *self._range)  # as MuJoCo does of what it is given
-            torque = self._varying.torque(t=self._time, q=q, dq=dq, v=v, ddq=ddq, rubbing=rubbing)
+            torque = self._varying.torque(q=q, dq=dq, v=v, ddq=ddq, rubbing=rubbing)
             if self._motors is not None:  # on the joints, A' that of the motors
                 torque = np.einsum("bij,bi->bj", self._motors[rows], torque)
             self._applied[rows] = torque
             self._batch.set_models(self._models)  # as the batch asks for after an edit
-            self._time += self._period
         self._batch.step(nstep=self._substeps)
 
     def warmth(self) -> Array:

@@ -193,7 +193,6 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
     speed = states.dq @ acts.turns.T  # (N, n + c)
     rotors = (acts.inertia * (states.ddq @ acts.turns.T)) @ acts.turns
     step = ControlStep(
-        t=0.0,
         period=float(states.t[1]),
         q=states.q,
         dq=states.dq,
@@ -215,8 +214,7 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
     ]
     fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
     one_by_one = (  # as views, for effects with memory
-        replace(step, t=t, **{name: getattr(step, name)[k : k + 1] for name in fields})
-        for k, t in enumerate(states.t.tolist())
+        replace(step, **{name: getattr(step, name)[k : k + 1] for name in fields}) for k in range(len(v))
     )
     for moment in [step] if at_once else one_by_one:
         for add in terms:

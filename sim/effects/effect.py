@@ -35,7 +35,6 @@ class ControlStep:
     """The start of a control period of B simulations with n joints and c coupled motors.
 
     Attributes:
-        t: Time since the start of the motion [s].
         period: Control period [s].
         q: Positions of the driven joints [rad], shape (B, n).
         dq: Their speeds [rad/s], shape (B, n).
@@ -50,7 +49,6 @@ class ControlStep:
         warmth: Temperature rise of the drives [K], shape (B, n); changed in place and kept between periods.
     """
 
-    t: float
     period: float
     q: Array
     dq: Array

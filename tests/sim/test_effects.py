@@ -61,6 +61,12 @@ def coupling(share: float, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     return share * cost
 
 
+def gravity_spring(stiffness: float, q2: float) -> np.ndarray:
+    """Torque of the spring, INRIA HuMAnS, SpringForce.c: prestress 6257.75 N at 20295 N/m, 0.06 m * 0.45 m."""
+    length = np.sqrt(0.0036 * np.sin(q2) ** 2 + (0.45 - 0.06 * np.cos(q2)) ** 2)
+    return -0.027 * stiffness * (1.0 - 6257.75 / 20295.0 / length) * np.sin(q2) * np.eye(6)[1]
+
+
 ZEROS = (0.03, -0.02, 0.011, -0.04, 0.05, 0.007)
 
 
@@ -69,7 +75,6 @@ ZEROS = (0.03, -0.02, 0.011, -0.04, 0.05, 0.007)
 )
 def test_errors_of_geometry_spring_and_coupling_add_their_stated_terms(loaded, q2, share, dq5):
     # Zeros, slope and frames 3 and 4, of which d3 = r4 = 0.45 m as drawn, move the arm; dq5 + dq6 is of either sign.
-    # Spring, INRIA HuMAnS, SpringForce.c: prestress 6257.75 N, 20295 N/m, 0.06 m * 0.45 m = 0.027 m^2.
     geometry = {"base_tilt_x": 0.03, "base_tilt_y": -0.05, "d3_error": 0.004, "r4_error": -0.003, "zero_error": ZEROS}
     plant = nominal_plant(errors=ModelErrors(**geometry, gravity_spring=20295.0, wrist_coupling=share))
     arm = pinocchio_arm(payload=loaded)
@@ -78,12 +83,8 @@ def test_errors_of_geometry_spring_and_coupling_add_their_stated_terms(loaded, q
     arm.jointPlacements[3].translation = np.array([0.454, 0.0, 0.0])
     arm.jointPlacements[4].translation = np.array([0.0, -0.447, 0.0])
     q, dq = np.where(np.arange(6) == 1, q2, Q), np.where(np.arange(6) == 4, dq5, DQ)
-    true2 = q2 - ZEROS[1]
-    length = np.sqrt(0.0036 * np.sin(true2) ** 2 + (0.45 - 0.06 * np.cos(true2)) ** 2)
-    spring = np.zeros(6)
-    spring[1] = -0.027 * (20295.0 - 6257.75 / length) * np.sin(true2)
     ddq = acceleration(plant, q, dq, loaded=loaded)
-    expected = drive_torque(plant, dq, ddq) + spring - coupling(share, dq, ddq)
+    expected = drive_torque(plant, dq, ddq) + gravity_spring(20295.0, q2 - ZEROS[1]) - coupling(share, dq, ddq)
     np.testing.assert_allclose(rnea(arm, q - np.array(ZEROS), dq, ddq), expected, rtol=0, atol=SOLVER)
 
 
@@ -139,46 +140,6 @@ def test_a_fault_of_an_elastic_arm_names_its_joint():
     assert str(outcome).startswith("motion: joint5 at 2.")
 
 
-def test_varying_friction_is_the_stated_law_at_the_start_of_every_period():
-    # Against a loop over mj_step that evaluates the law as it is written, beside a simulation of constant friction.
-    plain = {"wrist_coupling": 1.0, "coulomb_drift": 0.1, "viscous_drift": -0.2, "joint_compliance": COMPLIANCE}
-    varying = {"stribeck": 0.4, "stribeck_speed": 0.2, "load_friction": 0.05}
-    varying |= {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
-    plant, constant = (nominal_plant(errors=ModelErrors(**each)) for each in (plain | varying, plain))
-    n, substeps = 6, 2
-    entries = [simulation_of(p, step=5e-4, earlier=1) for p in (plant, constant)]
-    assert entries[1].varied is None
-    engine = Engine(entries, substeps=substeps, threads=1)
-    currents = np.random.default_rng(0).uniform(-40, 40, (60, 2, n))
-    seen = []
-    for v in currents:
-        engine.current[:] = v
-        engine.advance()
-        seen.append(engine.q.copy())
-    coulomb = 1.1 * (plant.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5])
-    viscous = 0.8 * (plant.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4])
-    for i, p in enumerate((plant, constant)):
-        model = plant_model(p, loaded=True, step=5e-4, earlier=1)
-        data = mujoco.MjData(model)
-        data.qpos[:] = entries[i].start
-        for v, expected in zip(currents[:, i], np.array(seen)[:, i], strict=True):
-            dq = data.qvel[-n:]
-            if p is plant:
-                load = np.abs(p.drives.gain * (v - p.drives.amplifier_offset))
-                side, peak = np.sign(dq), 1 + 0.4 * np.exp(-((dq / 0.2) ** 2))
-                model.dof_frictionloss[-n:] = coulomb * peak * (1 + 0.15 * side) + 0.05 * load
-                model.dof_damping[-n:] = viscous * (1 - 0.25 * side)
-                turns, tendon = dq[4] + dq[5], model.tendon("joint6_coupling").id
-                peak, side = 1 + 0.4 * np.exp(-((turns / 0.2) ** 2)), np.sign(turns)
-                model.tendon_frictionloss[tendon] = 1.1 * 2.5 * peak * (1 + 0.15 * side)
-                model.tendon_damping[tendon] = 0.8 * 2.4 * (1 - 0.25 * side)
-            data.ctrl[:] = v
-            for _ in range(substeps):
-                mujoco.mj_step(model, data)
-            # Both sum in another order: rounding, which 120 steps of a well-damped arm do not amplify.
-            np.testing.assert_allclose(expected, data.qpos[-n:], rtol=0, atol=1e-9)
-
-
 def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmissions_do_not():
     errors = ModelErrors(
         coulomb_drift=0.2, viscous_drift=-0.1, wrist_coupling=1.0, joint_compliance=COMPLIANCE, gravity_spring=1e3
@@ -209,6 +170,9 @@ def test_friction_follows_from_the_current_that_the_drive_takes_of_what_it_is_gi
 
 STRONG = ModelErrors(
     wrist_coupling=1.0,
+    gravity_spring=9e3,
+    coulomb_drift=0.04,
+    viscous_drift=-0.06,
     stribeck=0.3,
     coulomb_by_direction=0.2,
     viscous_by_direction=-0.3,
@@ -235,7 +199,7 @@ STRONG = ModelErrors(
 
 
 class Loop:
-    """The laws written out again around `mj_step`, link torques from Pinocchio."""
+    """The laws written out again around `mj_step`, link torques from Pinocchio or of springs."""
 
     def __init__(self, plant: Plant, start: np.ndarray, earlier: int) -> None:
         self.errors, self.drives, self.earlier = plant.errors, plant.drives, earlier
@@ -245,12 +209,12 @@ class Loop:
         self.tendon = self.model.tendon("joint6_coupling").id
         self.arm, self.link = pinocchio_arm(payload=True), np.zeros(6)
         self.x, self.s, self.hose = np.zeros(6), np.zeros(7), np.zeros(6)
-        self.coulomb = np.append(self.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5], 2.5)
-        self.viscous = np.append(self.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4], 2.4)
+        self.coulomb = 1.04**earlier * np.append(self.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5], 2.5)
+        self.viscous = 0.94**earlier * np.append(self.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4], 2.4)
 
     def advance(self, v: np.ndarray) -> None:
         e, d, data = self.errors, self.drives, self.data
-        q, dq = data.qpos.copy(), data.qvel.copy()
+        (links, moves), (q, dq) = ((data.qpos[x].copy(), data.qvel[x].copy()) for x in (slice(6), slice(-6, None)))
         speed, drive = TURNS @ dq, d.gain * (v - d.amplifier_offset)
         side, warm = np.sign(speed), np.append(self.x, self.x[5])
         dry = self.coulomb * (1 + 0.3 * np.exp(-((speed / 0.1) ** 2))) * (1 + 0.1 * side) * np.exp(-0.006 * warm)
@@ -270,87 +234,44 @@ class Loop:
             dry[:] = 0.0
         heat = 5e3 * (v / d.current_limit) ** 2
         self.x = heat + (self.x - heat) * np.exp(-1e-3 / 2.0)
-        self.model.dof_frictionloss[:], self.model.tendon_frictionloss[self.tendon] = dry[:6], dry[6]
-        self.model.dof_damping[:], self.model.tendon_damping[self.tendon] = 0.5 * damping[:6], 0.5 * damping[6]
-        data.ctrl[:], data.qfrc_applied[:] = v, torque
+        self.model.dof_frictionloss[-6:], self.model.tendon_frictionloss[self.tendon] = dry[:6], dry[6]
+        self.model.dof_damping[-6:], self.model.tendon_damping[self.tendon] = 0.5 * damping[:6], 0.5 * damping[6]
+        data.ctrl[:], data.qfrc_applied[-6:] = v, torque
         mujoco.mj_step(self.model, data)
-        self.link = rnea(self.arm, q, dq, data.qacc.copy())
+        if e.joint_compliance is None:
+            self.link = rnea(self.arm, q, dq, data.qacc.copy()) - gravity_spring(9e3, q[1])
+        else:
+            stiffness = 1.0 / np.array(COMPLIANCE)
+            self.link = stiffness * (q - links) + 0.1 * np.sqrt(stiffness * d.rotor_inertia) * (dq - moves)
 
 
-@pytest.mark.parametrize(("presliding", "power"), [(0.0, 1.0 / 3.0), (0.004, 2.0)])
-def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leave_other_plants_alone(presliding, power):
-    errors = replace(STRONG, presliding=presliding, viscous_power=power)
-    wired = DRIVES.gain * [1, -1, 1, -1, 1, -1]
-    plants = [nominal_plant(errors=errors, gain=wired), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
+@pytest.mark.parametrize(
+    ("presliding", "power", "compliance"), [(0.0, 1.0 / 3.0, None), (0.004, 2.0, None), (0.0, 2.0, COMPLIANCE)]
+)
+def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leave_other_plants_alone(
+    presliding, power, compliance
+):
+    errors = replace(STRONG, presliding=presliding, viscous_power=power, joint_compliance=compliance)
+    plain = ModelErrors(wrist_coupling=1.0, gravity_spring=9e3, joint_compliance=compliance)  # of the same layout
+    plants = [nominal_plant(errors=errors, gain=DRIVES.gain * [1, -1, 1, -1, 1, -1]), nominal_plant(errors=plain)]
     entries = [simulation_of(plant, step=1e-3, earlier=3) for plant in plants]
     assert entries[1].varied is None
-    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q, earlier=3)
-    plain, data = entries[1].model, mujoco.MjData(entries[1].model)
-    data.qpos[:] = Q
+    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], entries[0].start, earlier=3)
+    model, data = entries[1].model, mujoco.MjData(entries[1].model)
+    data.qpos[:] = entries[1].start
     for v in np.random.default_rng(0).uniform(-40, 40, (80, 6)):
         engine.current[:] = v
         engine.advance()
         loop.advance(v)
         # Sums in another order, and link torques that two programs agree on to SOLVER = 1e-6 N m.
-        np.testing.assert_allclose(engine.q[1], loop.data.qpos, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(engine.q[1], loop.data.qpos[-6:], rtol=0, atol=1e-9)
         data.ctrl[:] = v
-        mujoco.mj_step(plain, data)
-        np.testing.assert_array_equal(engine.q[0], data.qpos)
+        mujoco.mj_step(model, data)
+        np.testing.assert_array_equal(engine.q[0], data.qpos[-6:])
     np.testing.assert_allclose(engine.warmth()[1], loop.x, rtol=1e-12)  # 80 products and sums
     assert not engine.warmth()[0].any()
     assert np.abs(loop.link).max() > 20.0
     assert loop.x.max() > 5.0
-
-
-def test_varying_errors_of_plants_in_one_batch_have_the_values_and_drives_of_each():
-    weaker = replace(STRONG, stribeck=0.5 * STRONG.stribeck, cogging=0.5 * STRONG.cogging)
-    plants = [nominal_plant(errors=STRONG), nominal_plant(errors=weaker, gain=1.2 * DRIVES.gain)]
-    entries = [simulation_of(plant, step=1e-3) for plant in plants]
-    alone = [Engine([each], substeps=1, threads=1) for each in entries]
-    together = Engine(entries, substeps=1, threads=1)
-    for v in np.random.default_rng(4).uniform(-40, 40, (20, 6)):
-        for engine in (*alone, together):
-            engine.current[:] = v
-            engine.advance()
-    np.testing.assert_array_equal(together.q, np.vstack([engine.q for engine in alone]))
-
-
-@pytest.mark.parametrize("elastic", [False, True])
-def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
-    seen, times = list[np.ndarray](), list[float]()
-
-    def watched(values, builds):
-        return lambda step: (seen.append(step.transmitted[0].copy()), times.append(step.t))
-
-    monkeypatch.setattr(EFFECTS["load_friction"], "term", staticmethod(watched))
-    errors = ModelErrors(transmitted_friction=0.1, gravity_spring=9e3, joint_compliance=COMPLIANCE if elastic else None)
-    plant = nominal_plant(errors=errors)
-    simulation = simulation_of(plant, step=1e-3)
-    engine = Engine([simulation], substeps=1, threads=1)
-    twin, data = plant_model(plant, loaded=True, step=1e-3), mujoco.MjData(simulation.model)
-    data.qpos[:] = simulation.start
-    for v in np.random.default_rng(3).uniform(-40, 40, (15, 6)):
-        engine.current[:] = data.ctrl[:] = v
-        engine.advance()
-        before, speed = data.qpos.copy(), data.qvel.copy()
-        mujoco.mj_step(twin, data)
-    expected = _taken_over(plant, before, speed, data)
-    engine.advance()
-    np.testing.assert_allclose(seen[-1], expected, rtol=0, atol=2e-6)  # what the friction solver leaves, twice
-    assert not seen[0].any()
-    np.testing.assert_allclose(times, 1e-3 * np.arange(16), rtol=0, atol=1e-15)  # when each period starts
-
-
-def _taken_over(plant: Plant, q: np.ndarray, dq: np.ndarray, data: mujoco.MjData) -> np.ndarray:
-    """Torque between drive and link in the last step: of springs, or of the arm itself."""
-    if plant.errors.joint_compliance is not None:
-        stiffness = 1.0 / np.array(COMPLIANCE)
-        damping = 0.1 * np.sqrt(stiffness * plant.drives.rotor_inertia)
-        return stiffness * (q[6:] - q[:6]) + damping * (dq[6:] - dq[:6])
-    length = np.sqrt(0.0036 * np.sin(q[1]) ** 2 + (0.45 - 0.06 * np.cos(q[1])) ** 2)
-    free = 6257.75 / 20295.0
-    spring = np.array([0, -0.027 * 9e3 * (1.0 - free / length) * np.sin(q[1]), 0, 0, 0, 0])
-    return rnea(pinocchio_arm(payload=True), q, dq, data.qacc.copy()) - spring
 
 
 @pytest.mark.parametrize(
@@ -409,7 +330,7 @@ def test_a_gain_at_a_current_is_torque_per_current_there_without_the_offset_and_
     still = dict.fromkeys(("dq", "ddq", "rubbing"), np.zeros((1, 6)))
     torques = [
         plant.drives.gain * v
-        + Varying([entry.varied], [entry.model], period=STEP).torque(t=0.0, q=Q[None], v=v[None], **still)[0]
+        + Varying([entry.varied], [entry.model], period=STEP).torque(q=Q[None], v=v[None], **still)[0]
         for v in (V, -V)
     ]
     np.testing.assert_allclose((torques[0] - torques[1]) / (2.0 * V), gain_at(errors, plant.drives, V), rtol=1e-12)

@@ -29,7 +29,9 @@ def same(a: Recording, b: Recording) -> bool:
 
 def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_they_run_alone():
     elastic = ModelErrors(joint_compliance=(1e-4,) * 6)
-    varying = nominal_plant(errors=ModelErrors(stribeck=0.4, load_friction=0.05))  # one plant, which none changes
+    errors = ModelErrors(stribeck=0.4, load_friction=0.05, dress_pack=0.02, dress_reach=0.01, torque_ripple=0.03)
+    varying = nominal_plant(errors=errors)  # one plant, which none changes
+    other = replace(errors, stribeck=0.2, load_friction=0.1, presliding=0.004, dress_reach=0.02)
     several = [
         experiment(trajectory=short_motion(0.2, 0.001)),
         *(
@@ -43,10 +45,11 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
                 {"plant": nominal_plant(errors=ModelErrors(gravity_spring=2e4)), "loaded": True},
                 {"plant": varying},
                 {"plant": varying, "trajectory": replace(BRIEF, sine=-BRIEF.sine)},
+                {"plant": nominal_plant(errors=other, gain=1.2 * varying.drives.gain)},
             )
         ),
     ]
-    together = record(several, streams(*range(9)), threads=2)
+    together = record(several, streams(*range(10)), threads=2)
     for i, single in enumerate(several):
         assert same(together[i], record([single], streams(i), threads=1)[0])
         np.testing.assert_allclose(together[i].period, 1.0 / single.controller.rate_hz, rtol=1e-9)
@@ -101,7 +104,7 @@ def test_encoder_is_the_first_and_current_the_second_child_of_an_experiment_s_ge
 
 WARM = {"motor_warming": 60.0, "warming_time": 1.2, "gain_by_temperature": -0.004, "viscous_by_temperature": -0.02}
 SHORT = experiment(
-    trajectory=short_motion(0.2, 0.0006), sensors=SensorOptions(), plant=nominal_plant(errors=ModelErrors(**WARM))
+    trajectory=short_motion(0.2, 0.0006), sensors=SILENT, plant=nominal_plant(errors=ModelErrors(**WARM)), step=5e-4
 )
 
 

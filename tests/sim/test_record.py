@@ -40,6 +40,7 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
                 {"plant": nominal_plant(errors=elastic)},
                 {},
                 {"controller": ControllerOptions(rate_hz=500.0)},
+                {"controller": ControllerOptions(integral_hz=0.4, velocity_cutoff_hz=90.0)},
                 {"step": 5e-4},
                 {"plant": nominal_plant(errors=ModelErrors(wrist_coupling=1.0)), "loaded": True},
                 {"plant": nominal_plant(errors=ModelErrors(gravity_spring=2e4)), "loaded": True},
@@ -49,7 +50,7 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
             )
         ),
     ]
-    together = record(several, streams(*range(10)), threads=2)
+    together = record(several, streams(*range(11)), threads=2)
     for i, single in enumerate(several):
         assert same(together[i], record([single], streams(i), threads=1)[0])
         np.testing.assert_allclose(together[i].period, 1.0 / single.controller.rate_hz, rtol=1e-9)

@@ -5,7 +5,6 @@ import pinocchio as pin
 from plants import CYLINDER
 
 import rx90_mjcf
-from ident.payload.payload import standard_parameters
 from sim.plant import PayloadBody
 
 INERTIAL_ORDER = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
@@ -48,8 +47,9 @@ def pinocchio_arm(*, payload: bool, body: PayloadBody = CYLINDER) -> pin.Model:
     arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
     arm.armature = np.zeros(6)
     if payload:
-        chi = standard_parameters(body.mass, body.com, body.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
-        arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
+        xx, yy, zz, xy, xz, yz = body.inertia
+        J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        arm.appendBodyToJoint(6, pin.Inertia(body.mass, np.array(body.com), J), pin.SE3.Identity())
     return arm
 
 

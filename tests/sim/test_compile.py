@@ -2,49 +2,19 @@ from copy import copy
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 import pytest
 from plants import CYLINDER, nominal_plant, short_motion
 from robot_folders import arm_xml, robot_folder
 
-import rx90_mjcf
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
 from sim.model_spec import full_spec, lean_spec
-from sim.plant import PayloadBody, Plant, plant_model
+from sim.plant import Plant, plant_model
 from sim.robot import read_robot
 from sim.trajectory import at_rest
 
 STEP = 1e-3
 SPECS = full_spec, lean_spec
-STATE = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2]), np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
-
-
-def acceleration(model: mujoco.MjModel, v: np.ndarray) -> np.ndarray:
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = STATE
-    data.ctrl[:] = v
-    mujoco.mj_forward(model, data)
-    return data.qacc.copy()
-
-
-@pytest.mark.parametrize("loaded", [False, True])
-def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
-    # M ddq + C dq + Q + Ia ddq = g (v - v0) - Fv dq - Fc sign(dq) - Fcoff, with Pinocchio for the left side.
-    # Products of inertia, centre of mass beside every axis, gains of either sign.
-    body = PayloadBody(mass=3.7, com=(0.04, -0.07, 0.11), inertia=(0.031, 0.027, 0.019, 0.004, -0.006, 0.0025))
-    plant = nominal_plant(body, gain=np.array([-0.9, 1.3, 0.7, -1.6, 1.1, -0.4]))
-    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
-    arm.armature = plant.drives.rotor_inertia
-    if loaded:
-        J = np.array([[0.031, 0.004, -0.006], [0.004, 0.027, 0.0025], [-0.006, 0.0025, 0.019]])
-        arm.appendBodyToJoint(6, pin.Inertia(3.7, np.array([0.04, -0.07, 0.11]), J), pin.SE3.Identity())
-    (q, dq), d, v = STATE, plant.drives, rng.uniform(-50, 50, 6)
-    ddq = acceleration(plant_model(plant, loaded=loaded, step=STEP), v)
-    right = d.gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
-    right -= d.coulomb_friction * np.sign(dq)
-    # The friction force is at its limit at these speeds, so the error is the tolerance of the solver.
-    np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 
 def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rng):

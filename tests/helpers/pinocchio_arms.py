@@ -9,6 +9,12 @@ from sim.plant import PayloadBody
 
 INERTIAL_ORDER = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
 """Positions of XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M in Pinocchio's M, MX, MY, MZ, XX, XY, YY, XZ, YZ, ZZ."""
+ELBOW = np.eye(6)
+ELBOW[2, 1] = 1.0
+"""Motor 3 turns the elbow against the base, as with a parallelogram."""
+WRIST = np.diag([-1.3, 1.0, 2.0, 1.0, 1.0, 1.0])
+WRIST[4:, 4:] = (0.7, 0.4), (0.6, -0.9)
+"""A differential wrist of unequal gears, an axis wired in reverse, and a belt."""
 
 
 def random_arm(rng: np.random.Generator, n: int = 6, prismatic: float = 0.2) -> pin.Model:

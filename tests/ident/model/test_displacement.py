@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from pinocchio_arms import random_arm, standard_parameters_of
+from pinocchio_arms import ELBOW, WRIST, random_arm, standard_parameters_of
 
-from ident.model.arm import Arm, arm_from_pinocchio
+from ident.model.arm import Arm, arm_from_pinocchio, with_transmission
 from ident.model.displacement import Dynamics, Kinematics, States
 from ident.model.parameters import labels
 from ident.model.regressor import drive_torques, inverse_dynamics
@@ -38,25 +38,22 @@ def coupled(arm: Arm) -> Arm:
     return replace(arm, couplings=((1, 2), (4, 5)))
 
 
-def test_a_little_displacement_of_a_joint_changes_torques_by_its_share(coupled, rng):
-    chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
+@pytest.mark.parametrize("A", [None, ELBOW, WRIST])
+def test_a_little_displacement_of_a_motor_changes_torques_by_its_share(coupled, arm, rng, A):
+    moved = coupled if A is None else with_transmission(arm, A)
+    chi = rng.normal(size=len(labels(6, moved.couplings)))  # not those of any body
     states, further = lopsided(rng, 1041, 6)
-    change = Dynamics.of(Kinematics.of(coupled, states), chi).displaced(further)
+    change = Dynamics.of(Kinematics.of(moved, states), chi).displaced(further)
+    at, by = (np.array((each.q, each.dq, each.ddq)) for each in (states, further))
     h = 1e-5
+    steady = np.ones(len(change), bool)  # speeds are far from zero, sums of coupled ones are not
+    for pair in moved.couplings:
+        steady &= np.abs(states.dq[:, pair].sum(axis=1)) > 3.0 * h
     for k, only in enumerate(np.eye(6)):
-        at, by = ((each.q, each.dq, each.ddq) for each in (states, further))
-        moved = [
-            inverse_dynamics(coupled, chi, *(x + size * only * dx for x, dx in zip(at, by, strict=True)))
-            for size in (h, -h)
-        ]
-        steady = np.ones(len(change), bool)  # speeds are far from zero, sums of coupled ones are not
-        for pair in coupled.couplings:
-            steady &= np.abs(states.dq[:, pair].sum(axis=1)) > 3.0 * h
-        expected = (moved[0] - moved[1]) / (2.0 * h)
+        there, back = (inverse_dynamics(moved, chi, *(at + size * only * by))[steady] for size in (h, -h))
+        expected = (there - back) / (2.0 * h)
         # A central difference is off by h^2 of a third derivative, 1e-10, and by rounding over h, 1e-11.
-        np.testing.assert_allclose(
-            change[steady, :, k], expected[steady], rtol=0, atol=1e-8 * np.abs(expected[steady]).max()
-        )
+        np.testing.assert_allclose(change[steady, :, k], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
 def test_drives_carry_their_own_torque_and_each_other_s_where_they_are_coupled(coupled, rng):

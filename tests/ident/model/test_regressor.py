@@ -51,28 +51,18 @@ def test_blocks_cover_every_sample_once_and_leave_nothing_behind(arm, rng):
     np.testing.assert_allclose(regressor(arm, q[-1:], dq[-1:], ddq[-1:])[0], whole[-1], rtol=0, atol=1e-13)
 
 
-def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
+def test_samples_may_have_their_own_gravity_lengths_and_weights_and_rows_begin_at_any_joint(arm, rng):
     coupled = replace(arm, couplings=((4, 5),))
-    q, dq, ddq, weight = rng.uniform(-2, 2, (4, 50, 6))
-    expected = weight[..., None] * regressor(coupled, q, dq, ddq)
-    for block, columns in regressor_blocks(coupled, q, dq, ddq, weight=weight, size=20):
-        # Relative to the largest entry: a few hundred roundings.
-        np.testing.assert_allclose(
-            np.moveaxis(columns, 2, 0), expected[block], rtol=0, atol=1e-13 * np.abs(expected).max()
-        )
-
-
-def test_samples_may_have_their_own_gravity_and_lengths_and_rows_begin_at_any_joint(arm, rng):
-    q, dq, ddq = rng.uniform(-2, 2, (3, 5, 6))
+    q, dq, ddq, weight = rng.uniform(-2, 2, (4, 5, 6))
     gravity, length = rng.uniform(-12, 12, (5, 3)), rng.uniform(0.5, 1.5, (5, 6))
-    expected = [
-        regressor(replace(arm, gravity=g, translation=f[:, None] * arm.translation), *states)[0]
+    expected = weight[..., None] * [
+        regressor(replace(coupled, gravity=g, translation=f[:, None] * arm.translation), *states)[0]
         for g, f, *states in zip(gravity, length, q[:, None], dq[:, None], ddq[:, None], strict=True)
     ]
-    blocks = regressor_blocks(arm, q, dq, ddq, first=2, size=3, gravity=gravity, length=length)
-    for block, columns in blocks:
+    further = {"gravity": gravity, "length": length, "weight": weight}
+    for block, columns in regressor_blocks(coupled, q, dq, ddq, first=2, size=3, **further):
         # Entries up to 1e2: a few hundred roundings.
-        np.testing.assert_allclose(np.moveaxis(columns, 2, 0), np.array(expected)[block, 2:], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(np.moveaxis(columns, 2, 0), expected[block, 2:], rtol=0, atol=1e-12)
 
 
 def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, rng):

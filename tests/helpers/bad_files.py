@@ -1,12 +1,9 @@
-"""What a bad file ends with: one line that names it; and a payload to be spoilt."""
+"""What a bad file ends with: one line that names it."""
 
 import re
 from pathlib import Path
 
 from scenarios.cli import main
-
-INERTIA = "inertia = { ixx = 0.02, iyy = 0.03, izz = 0.04 }"
-WHOLE = f"mass = 2.8\ncom = [0.01, 0.02, 0.1]\n{INERTIA}\n"
 
 
 def only_line(capsys) -> str:

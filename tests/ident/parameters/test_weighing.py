@@ -81,19 +81,12 @@ def a_mass(value: float, *more: Quantity) -> FoundBody:
     )
 
 
-def test_a_mass_below_zero_beyond_doubt_is_refused():
+def test_a_mass_below_zero_beyond_doubt_is_refused_and_one_that_is_not_sure_is_not_stated():
     with pytest.raises(Contradiction, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
         a_mass(-0.31).check_mass()
     for value in (-0.29, 0.31):  # three deviations are 0.3
         a_mass(value).check_mass()
-
-
-@pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
-def test_a_mass_that_is_not_sure_is_not_stated(value):
-    assert as_stated(a_mass(value)) is None
-
-
-def test_what_was_found_is_stated_with_its_deviation_and_no_centre():
+    assert [as_stated(a_mass(value)) for value in (-0.29, 0.29, 2001.0)] == [None] * 3
     where = centre((0.08, -0.03, 0.11), (0.02, 0.05, 0.03))
     assert as_stated(a_mass(2.3, *where)) == Payload(mass=2.3, mass_std=0.1, known="mass")
 
@@ -114,10 +107,3 @@ def test_each_joint_weighs_by_its_gain_over_the_one_that_the_weight_gives(heavy)
     np.testing.assert_allclose(parts, 7.7 * np.array([0.015, 0.07, np.hypot(0.02, 0.04)]), rtol=1e-12)
     np.testing.assert_allclose(turned.std, 6.65 * np.linalg.norm([0.015, 0.01, 0.02, 0.04]), rtol=1e-12)
     assert masses_of_joints(payload, gains, "no load")[:3] == ("no load",) * 3
-
-
-def test_each_joint_is_off_by_as_much_as_its_gain(weighed_problem, heavy):
-    wrong = GAIN * np.array([1.0, 1.03, 1.0, 0.96, 1.0, 1.0])
-    masses = masses_of_joints(heavy, known(wrong), estimated(weighed_problem, heavy))
-    # Noise of 1e-9, amplified by the condition of the rows.
-    np.testing.assert_allclose([each.value for each in masses], heavy.mass * wrong / GAIN, rtol=1e-4)

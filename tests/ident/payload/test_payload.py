@@ -60,7 +60,10 @@ FAULTS = {
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1, ', '')}": r"inertia\.ixx is missing; ixx, iyy and izz",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1, ', '')}": r"inertia\.izz is missing",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz', 'zz')}": r"inertia: unknown key 'zz'; did you mean 'izz'\?",
-    "mass = = 1": "not TOML",
+    "mass = 2020-02-02": r"mass = datetime.date\(2020, 2, 2\): expected a finite number",
+    f"mass = {'9' * 5000}": "not TOML: Exceeds the limit",
+    f"mass = 1\ncom = [0x{'f' * 9000}]": r"com = \[a whole number of 36000 bits\]: expected three",
+    "mass = 2\nknown = 'mass'\ncom_std = [1, 1, 1]": "com_std is given, but com is missing",
 }
 
 

@@ -4,28 +4,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from bad_files import WHOLE, names_file
+from bad_files import names_file
 
 from ident.recordings.files import read_recording
 from ident.support.errors import RecordingError
-
-PAYLOAD_FAULTS = {  # of a whole payload; `test_payload` has those of each value
-    "a date": (WHOLE.replace("2.8", "2020-02-02"), r"mass = datetime.date\(2020, 2, 2\): expected a finite number"),
-    "5000 digits": (WHOLE.replace("2.8", "9" * 5000), "not TOML: Exceeds the limit"),
-    "huge hex": ("mass = 1\ncom = [0x" + "f" * 9000 + "]", r"com = \[a whole number of 36000 bits\]: expected three"),
-    "std alone": ("mass = 2\nknown = 'mass'\ncom_std = [1, 1, 1]", "com_std is given, but com is missing"),
-    "decimal comma": (WHOLE.replace("2.8", "2,8"), r"\(at line \d+, column \d+\); numbers have a decimal point"),
-    "nested": ("mass = " + "[" * 50_000, "nested deeper than 16"),
-    "not UTF-8": (b"mass = 2.8 # gr\xf6\xdfe", "byte 15 is not UTF-8; save it as UTF-8"),
-    "a novel": (b"# " + b"x" * 4_000_001, "4 MB are too much; such files are read up to 4 MB"),
-}
-
-
-def test_a_faulty_payload_is_one_line(identify, tmp_path):
-    path = tmp_path / "payload.toml"
-    for content, message in PAYLOAD_FAULTS.values():
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        names_file(identify(payload=path), path, message)
 
 
 @pytest.mark.parametrize("kind", ["model", "loaded", "payload"])

@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from ident.support.errors import placed
 from sim.errors import PlantError
 
 INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
@@ -128,10 +129,8 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
     spec = mujoco.MjSpec.from_file(str(path))
     if path.suffix.lower() == ".urdf":  # inertias are stated; a collision shape is not a link
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    try:
+    with placed(f"robot model {path}"):
         hold_all_but_arm(spec, flange)
-    except PlantError as error:
-        raise PlantError(f"robot model {path}: {error}") from error
     missing = _drop_meshes(spec, path, flange)
     spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
     # Without islands the solver is faster with the same result: an arm is a single island.

@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from ident.support.arrays import Array
+from ident.support.errors import placed
 from ident.support.files import read_toml
 from sim.errors import PlantError
 from sim.tables import Table, ValueOf, validated_table
@@ -239,13 +240,10 @@ def read_robot(path: Path) -> Robot:
 
     Raises `PlantError` if it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
-    try:
-        stated = validated_table(Robot, read_toml(path, error=ValueError), str(path), ValueError)
-    except ValueError as error:  # it names the path
-        raise PlantError(f"robot file {error}") from error
-    except PlantError as error:
-        raise PlantError(f"robot file {path}: {error}") from error
-    model = path.parent / stated.model
-    if not model.is_file():
-        raise PlantError(f"robot file {path}: model = {str(stated.model)!r}: there is no file {model}")
+    table, place = read_toml(path, error=PlantError), f"robot file {path}"
+    with placed(place):
+        stated = validated_table(Robot, table, place, PlantError)
+        model = path.parent / stated.model
+        if not model.is_file():
+            raise PlantError(f"model = {str(stated.model)!r}: there is no file {model}")
     return stated.model_copy(update={"model": model})

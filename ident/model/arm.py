@@ -17,7 +17,7 @@ import numpy as np
 from ident.model.mjcf import NAME_IT, MinimalModel, minimal_mjcf, refuse_unknown_flange
 from ident.model.xml_tree import check_attributes, read_xml, title, where
 from ident.support.arrays import Array, readonly
-from ident.support.errors import RobotModelError
+from ident.support.errors import RobotModelError, placed
 from ident.support.files import captured_stderr
 from ident.support.naming import enumerated, nearest, one_line, shown
 
@@ -146,10 +146,8 @@ def load_arm(
         raise RobotModelError(f"the robot model is {type(path).__name__}; expected the path of an MJCF or URDF file")
     minimal = minimal_model(Path(path), flange)
     model = load_pinocchio(minimal, path)
-    try:
+    with placed(f"robot model {one_line(path)}"):
         arm = arm_from_pinocchio(model, couplings)
-    except RobotModelError as error:
-        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     if transmission is not None:
         return with_transmission(arm, transmission)
     stated = [{arm.joint_names[k] for k in pair} for pair in couplings]

@@ -306,8 +306,7 @@ def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple
         if bent[j] > MOST_BENT:
             raise RecordingError(
                 f"joint {j + 1} moves too fast for a log at {1.0 / each.period:.4g} Hz: a low-pass at "
-                f"{lowered.cutoff_hz:.3g} Hz removes {100.0 * bent[j]:.2g} % of its speed; log faster, or move more "
-                "slowly",
+                f"{lowered.cutoff_hz:.3g} Hz removes {100.0 * bent[j]:.2g} % of its speed; log faster or move slower",
                 each.name,
                 joint=j,
                 value=float(bent[j]),

@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.model.parameters import INERTIAL
 from ident.support.arrays import Array, Mask
-from ident.support.errors import PayloadError
+from ident.support.errors import PayloadError, placed
 from ident.support.files import read_toml
 from ident.support.naming import one_line
 from ident.support.options import Key, is_number, is_table, one_of, strict_table
@@ -61,6 +61,7 @@ class Payload:
     inertia_std: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     known: Known = "all"
 
+    @placed("payload")
     def __post_init__(self) -> None:
         """Check the values."""
         for name, shape in SHAPES.items():
@@ -68,46 +69,44 @@ class Payload:
             kind = np.asarray(value).dtype.kind if np.shape(value) == shape else ""
             if kind not in tuple("iuf") and not (value is None and name in ("com", "inertia")):
                 expected = f"{shape[0]} numbers" if shape else "a number"
-                raise PayloadError(f"payload: {name} = {value!r}; expected {expected}")
+                raise PayloadError(f"{name} = {value!r}; expected {expected}")
         if self.known not in get_args(Known):
-            raise PayloadError(f"payload: known = {self.known!r}; expected one of {', '.join(get_args(Known))}")
+            raise PayloadError(f"known = {self.known!r}; expected one of {', '.join(get_args(Known))}")
         widest = WIDE + WIDER * max(self.mass, 0.0) ** 0.5
         most = (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", self.mass * FARTHEST**2))
         for name in SHAPES:
             value = getattr(self, name)
             if value is not None and not np.isfinite(value).all():
-                raise PayloadError(f"payload: {name} = {value} is not finite")
+                raise PayloadError(f"{name} = {value} is not finite")
         if not LIGHTEST <= self.mass <= HEAVIEST:
             raise PayloadError(
-                f"payload: mass = {self.mass:g} kg; expected a positive number from {LIGHTEST:g} to {HEAVIEST:g}, in kg"
+                f"mass = {self.mass:g} kg; expected a positive number from {LIGHTEST:g} to {HEAVIEST:g}, in kg"
             )
         if self.com is not None and np.abs(self.com).max() > FARTHEST:
             raise PayloadError(
-                f"payload: com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
+                f"com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
             )
         for name, largest in most:
             if not 0.0 <= np.min(value := getattr(self, name)) <= np.max(value) <= largest:
-                raise PayloadError(f"payload: {name} = {value}; expected 0 to {largest:g}; check its unit")
+                raise PayloadError(f"{name} = {value}; expected 0 to {largest:g}; check its unit")
         for name in {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ()):
             if getattr(self, name) is None:
-                raise PayloadError(
-                    f"payload: known = {self.known!r} but {name} is missing; add it, or set known = 'mass'"
-                )
+                raise PayloadError(f"known = {self.known!r} but {name} is missing; add it, or set known = 'mass'")
         if self.inertia is None:
             return
         low, middle, high = np.linalg.eigvalsh(_matrix(self.inertia))
         slack = 1e-9 * max(abs(low), abs(high), 1e-12)
         if low < -slack:
-            raise PayloadError(f"payload: inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
+            raise PayloadError(f"inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
         moment, key = max(zip(self.inertia[:3], INERTIA_KEYS, strict=False))
         if (radius := (moment / self.mass) ** 0.5) > widest:
             raise PayloadError(
-                f"payload: inertia.{key} = {moment:g} with mass = {self.mass:g} kg means a radius of gyration of "
+                f"inertia.{key} = {moment:g} with mass = {self.mass:g} kg means a radius of gyration of "
                 f"{radius:.3g} m; expected {widest:.3g} m at most; state kg m^2 about the centre of mass"
             )
         if high > low + middle + slack:
             raise PayloadError(
-                "payload: inertia violates the triangle inequality: principal moments "
+                "inertia violates the triangle inequality: principal moments "
                 f"{low:.3g} + {middle:.3g} < {high:.3g} kg m^2"
             )
 
@@ -159,33 +158,29 @@ def _matrix(inertia: Sequence[float] | Array) -> Array:
 
 def read_payload(path: str | Path) -> Payload:
     """Read a payload from a TOML file; raises `PayloadError` if it is missing, not TOML, or not a payload."""
-    table = read_toml(Path(path), error=PayloadError)
-    try:
-        return payload_from_table(table)
-    except PayloadError as error:
-        raise PayloadError(f"{one_line(path)}: {error}") from error
+    with placed(one_line(path)):
+        return payload_from_table(read_toml(Path(path), error=PayloadError))
 
 
+@placed("payload")
 def payload_from_table(table: Mapping[str, object]) -> Payload:
     """Build a payload from a parsed TOML table.
 
     Omitted products of inertia (and their standard deviations) are 0. Raises `PayloadError` if a key is unknown or
     missing, or a type wrong, or as `Payload`.
     """
-    values = strict_table(table, KEYS, PayloadError, "payload")
+    values = strict_table(table, KEYS, PayloadError)
     if "mass" not in values:
-        raise PayloadError(
-            "payload: mass is missing; without it gains and payload are known up to a common factor only"
-        )
+        raise PayloadError("mass is missing; without it gains and payload are known up to a common factor only")
     for key, value in values.items():
         if (quantity := key.removesuffix("_std")) not in values:
-            raise PayloadError(f"payload: {key} is given, but {quantity} is missing")
+            raise PayloadError(f"{key} is given, but {quantity} is missing")
         if quantity == "inertia":
-            given = strict_table(value, dict.fromkeys(INERTIA_KEYS, NUMBER), PayloadError, f"payload: {key}")
+            given = strict_table(value, dict.fromkeys(INERTIA_KEYS, NUMBER), PayloadError, key)
             for name in INERTIA_KEYS[:3]:
                 if name not in given:
                     raise PayloadError(
-                        f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
+                        f"{key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
                     )
             values[key] = tuple(float(given.get(name, 0.0)) for name in INERTIA_KEYS)
         elif quantity != "known":

@@ -15,7 +15,7 @@ import numpy as np
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
 from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
-from ident.recordings.formats import SAMPLE, DataFrame, LogFormat, with_times
+from ident.recordings.formats import SAMPLE, DataFrame, LogFormat, Table, with_times
 from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array, frame_table
 from ident.recordings.formats.csv import CSV
 from ident.recordings.formats.lerobot import LEROBOT
@@ -23,7 +23,7 @@ from ident.recordings.formats.ros import ROS
 from ident.recordings.layouts import resolved
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array
-from ident.support.errors import RecordingError
+from ident.support.errors import RecordingError, placed
 from ident.support.naming import one_line, shown
 
 LOGS: dict[str, LogFormat] = {
@@ -99,25 +99,28 @@ def read_log(
     the checks of `Recording` or `check`.
     """
     given = description or LogDescription()
-    if isinstance(path, str | Path):
-        path = Path(path)
-        place, table = one_line(path), format_of(path).open(path, given)
-    else:
-        place, table = "data frame", frame_table(path)
+    if not isinstance(path, str | Path | DataFrame):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise RecordingError(f"a log is {type(path).__name__}; expected a path or a data frame")
+    place = one_line(path) if isinstance(path, str | Path) else "data frame"
+    with placed(place):
+        opened = format_of(Path(path)).open(Path(path), given) if isinstance(path, str | Path) else frame_table(path)
+        return _log(place, opened, given, check)
+
+
+def _log(place: str, table: Table, given: LogDescription, check: Callable[..., None] | None) -> Log:
+    """Return the recording of an opened table, as `read_log`."""
     if given.rate_hz is not None:
         table, given = with_times(table, given.rate_hz), replace(given, t=Channels(columns=(SAMPLE,), unit=("s",)))
-    meant, layout = resolved(place, table, given)
+    meant, layout = resolved(table, given)
     columns = table.load(meant.names, meant.dated)
     kept = np.ones(len(columns[meant.t.columns[0]]), dtype=np.bool_)
     for name, value in meant.only:
         x = columns[name]
         if not (x == value).any():
-            raise RecordingError(
-                f"{place}: no row has {shown(name)} = {value:g}; it ranges from {np.min(x):g} to {np.max(x):g}"
-            )
+            raise RecordingError(f"no row has {shown(name)} = {value:g}; it ranges from {np.min(x):g} to {np.max(x):g}")
         kept &= x == value
     if meant.only and not kept.any():
-        raise RecordingError(f"{place}: no row satisfies all conditions of only = {{ .. }}")
+        raise RecordingError("no row satisfies all conditions of only = { .. }")
     meaning = MEANINGS.get(meant.signal or "")
 
     def number(name: str, sign_bit: float, bits: float, turn: float = 0.0) -> Array:
@@ -125,8 +128,8 @@ def read_log(
         if (likely := likely_encoding(x)) and float(x.max()) >= abs(turn):  # an encoder jumps at the end of a turn
             kind = "q" if name in meant.q.columns else "v"
             raise RecordingError(
-                f"{place}: column {shown(name)} jumps where it crosses zero, as a register logged as read; state "
-                f"{likely} in [{kind}] of a log description"
+                f"column {shown(name)} jumps where it crosses zero, as a register logged as read; state {likely} in "
+                f"[{kind}] of a log description"
             )
         return x
 
@@ -144,7 +147,7 @@ def read_log(
     positions = np.column_stack(q)
     for j, i in meant.q.coupling:
         if max(j, abs(i)) > len(q):
-            raise RecordingError(f"{place}: coupling of joints {j} and {abs(i)}: the log has {len(q)} joints")
+            raise RecordingError(f"coupling of joints {j} and {abs(i)}: the log has {len(q)} joints")
         positions[:, j - 1] += np.sign(i) * q[abs(i) - 1]
     recording = Recording(t, positions, np.column_stack(v), place)
     if check is not None:
@@ -202,11 +205,12 @@ def read_temperatures(path: Path, description: LogDescription, joints: int) -> A
 
     The log has already been read as a recording. Raises `RecordingError` if a cell of such a column is not a number.
     """
-    table = format_of(path).open(path, description)
-    for pattern, first in TEMPERATURES.values():
-        wanted = [pattern.format(first + j) for j in range(joints)]
-        if set(wanted) <= set(table.names):
-            return np.column_stack(list(table.load(wanted, frozenset()).values()))
+    with placed(one_line(path)):
+        table = format_of(path).open(path, description)
+        for pattern, first in TEMPERATURES.values():
+            wanted = [pattern.format(first + j) for j in range(joints)]
+            if set(wanted) <= set(table.names):
+                return np.column_stack(list(table.load(wanted, frozenset()).values()))
     return None
 
 

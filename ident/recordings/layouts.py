@@ -38,37 +38,37 @@ CURRENT = re.compile(r"^observation\.current\.|\.current$")
 """Name of a column of currents, not torques, of a dataset of LeRobot."""
 
 
-def resolved(place: str, table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
-    """Determine the meaning of a table's columns; `place` is the name of its file, `given` what is declared of it.
+def resolved(table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
+    """Determine the meaning of a table's columns; `given` is what is declared of them.
 
     Returned are columns with their names in the file, units, signs and zeros, one of each per joint; and the layout,
     None if everything was declared. Raises `RecordingError` if a column or a declaration is missing or ambiguous.
     """
     names, wanted = table.names, {kind for kind in "tqv" if not getattr(given, kind).columns}
     if len(names) > MOST_COLUMNS:
-        raise RecordingError(f"{place}: {len(names)} columns; files of up to {MOST_COLUMNS} are read")
+        raise RecordingError(f"{len(names)} columns; files of up to {MOST_COLUMNS} are read")
     layout, known = given.layout, None
     for each in (layout,) if layout else LAYOUTS if wanted else ():
-        known = _known(each, place, table, given, wanted)
+        known = _known(each, table, given, wanted)
         if known:
             layout = each
             break
     if known is None and layout:
-        raise RecordingError(f"{place}: not of the layout {layout}; found {listed(names)}")
+        raise RecordingError(f"not of the layout {layout}; found {listed(names)}")
     if known is None and wanted == set("tqv"):
         raise RecordingError(
-            f"{place}: not of a known layout, such as columns t, q1, .., v1, ..; found {listed(names)}; declare the "
-            "columns (--columns, --log-description)"
+            f"not of a known layout, such as columns t, q1, .., v1, ..; found {listed(names)}; declare the columns "
+            "(--columns, --log-description)"
         )
     known = known or LogDescription()
     meant = replace(
         given,
         signal=given.signal or (known.signal if "v" in wanted else None),
         joints=given.joints or known.joints,
-        **{kind: _named(place, names, getattr(given, kind).over(getattr(known, kind)), given.joints) for kind in "tqv"},
+        **{kind: _named(names, getattr(given, kind).over(getattr(known, kind)), given.joints) for kind in "tqv"},
     )
     for name, _ in given.only:
-        _column(place, names, name)
+        _column(names, name)
     is_current = layout == OWN or (layout == LEROBOT and all(map(CURRENT.search, meant.v.columns)))
     as_logged = meant.signal is None and not meant.v.unit and is_current and "v" in wanted
     missing: list[str] = []
@@ -85,11 +85,11 @@ def resolved(place: str, table: Table, given: LogDescription) -> tuple[LogDescri
         )
     if missing:
         there = "" if meant.t.columns and meant.q.columns and meant.v.columns else f"; found {listed(names)}"
-        raise RecordingError(f"{place}: {'; '.join(missing)}{there}")
-    return _checked(place, meant), layout
+        raise RecordingError("; ".join(missing) + there)
+    return _checked(meant), layout
 
 
-def _known(layout: str, place: str, table: Table, given: LogDescription, wanted: Set[str]) -> LogDescription | None:
+def _known(layout: str, table: Table, given: LogDescription, wanted: Set[str]) -> LogDescription | None:
     """Return what a layout says of columns that are not declared, None for a file of another layout."""
     names = table.names
     if layout in FIXED:
@@ -99,22 +99,22 @@ def _known(layout: str, place: str, table: Table, given: LogDescription, wanted:
         known = replace(described([word.replace("n}", f"{joints}}}") for word in words]), signal=signal)
         there = [getattr(known, kind).columns[0] in names for kind in wanted]
         if layout == OWN and any(there) and {"q0", "v0"}.intersection(names):
-            raise RecordingError(f"{place}: columns q0, v0: joints are numbered from 1; rename them q1, q2, .., v1, ..")
+            raise RecordingError("columns q0, v0: joints are numbered from 1; rename them q1, q2, .., v1, ..")
         return known if all(there) else None
     if layout != table.layout:
         return None
     if len(table.currents) > 1 and "v" in wanted:
         kinds = list(table.currents)
         raise RecordingError(
-            f"{place}: several kinds of current: {listed(kinds)}; choose one, --columns 'v={kinds[0]}', and name the "
+            f"several kinds of current: {listed(kinds)}; choose one, --columns 'v={kinds[0]}', and name the "
             "joints (--joints, or --model)"
         )
     entries = {"q": table.positions, "v": next(iter(table.currents.values()), {})}
     joints = given.joints or table.joints
     if joints is None:
         raise RecordingError(
-            f"{place}: the order of the joints is not declared; give it, base to flange (--joints, or --model): there "
-            f"are {listed(table.positions)}"
+            "the order of the joints is not declared; give it, base to flange (--joints, or --model): there are "
+            f"{listed(table.positions)}"
         )
     known = LogDescription(joints=joints, t=Channels(columns=(table.time,), unit=("s",)))
     for kind, what in (("q", "position"), ("v", "current or effort")):
@@ -123,7 +123,7 @@ def _known(layout: str, place: str, table: Table, given: LogDescription, wanted:
         lacking = next((joint for joint in joints if joint not in entries[kind]), None)
         if lacking is not None:
             raise RecordingError(
-                f"{place}: no {what} of joint {shown(lacking)}{nearest(lacking, entries[kind])}; there are "
+                f"no {what} of joint {shown(lacking)}{nearest(lacking, entries[kind])}; there are "
                 f"{listed(entries[kind])}; give the log's joint names, base to flange (--joints)"
             )
         units = tuple(entries[kind][joint][1] for joint in joints)
@@ -136,38 +136,38 @@ def _known(layout: str, place: str, table: Table, given: LogDescription, wanted:
     return known
 
 
-def _named(place: str, names: Sequence[str], channels: Channels, joints: Sequence[str] | None) -> Channels:
+def _named(names: Sequence[str], channels: Channels, joints: Sequence[str] | None) -> Channels:
     """Return channels with names in the file: joint names are inserted, columns of arrays expanded."""
     found: list[str] = []
     for name in channels.columns:
         if "{joint}" in name:
             if joints is None:
                 raise RecordingError(
-                    f"{place}: column {shown(name)}: the joints' names are unknown; give them (--joints, or --model)"
+                    f"column {shown(name)}: the joints' names are unknown; give them (--joints, or --model)"
                 )
-            found += [_column(place, names, name.replace("{joint}", joint)) for joint in joints]
+            found += [_column(names, name.replace("{joint}", joint)) for joint in joints]
         elif name not in names and entry(name, 0) in names:
             entries = {entry(name, k) for k in range(len(names))}
             found += [each for each in names if each in entries]
         else:
-            found.append(_column(place, names, name))
+            found.append(_column(names, name))
     return replace(channels, columns=tuple(found))
 
 
-def _column(place: str, names: Sequence[str], name: str) -> str:
+def _column(names: Sequence[str], name: str) -> str:
     """Return a name that is in the file once."""
     many = names.count(name)
     if many > 1:
-        raise RecordingError(f"{place}: column {shown(name)} appears twice")
+        raise RecordingError(f"column {shown(name)} appears twice")
     if not many:
         raise RecordingError(
-            f"{place}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}; declare columns of other "
+            f"no column {shown(name)}{nearest(name, names)}; found {listed(names)}; declare columns of other "
             "names (--columns, --log-description)"
         )
     return name
 
 
-def _checked(place: str, meant: LogDescription) -> LogDescription:
+def _checked(meant: LogDescription) -> LogDescription:
     """Check quantity, units and numbers of columns; return one unit, sign, zero, .. of each column."""
     t, q, v = meant.t.columns, meant.q.columns, meant.v.columns
     meaning, computed = MEANINGS.get(meant.signal or ""), meant.signal == TORQUE_FROM_CURRENT
@@ -191,13 +191,13 @@ def _checked(place: str, meant: LogDescription) -> LogDescription:
     }
     for sentence, fault in faults.items():
         if fault:
-            raise RecordingError(f"{place}: {sentence}")
+            raise RecordingError(sentence)
     for kind, known in (("t", TIME), ("q", POSITION), ("v", meaning.units if meaning else {})):
         channels: Channels = getattr(meant, kind)
         unknown = next((unit for unit in channels.unit if unit not in known), None)
         if unknown is not None:
             raise RecordingError(
-                f"{place}: unit {shown(unknown)} of {kind}{f', {meant.signal},' if kind == 'v' else ''} is unknown"
+                f"unit {shown(unknown)} of {kind}{f', {meant.signal},' if kind == 'v' else ''} is unknown"
                 f"{nearest(unknown, known)}; known: {', '.join(known)}"
             )
         own, count = dict[str, tuple[str | float, ...]](), len(channels.columns)
@@ -212,7 +212,7 @@ def _checked(place: str, meant: LogDescription) -> LogDescription:
         ):
             values = getattr(channels, key) or (default,)
             if len(values) not in (1, count):
-                raise RecordingError(f"{place}: {key} of {kind} has {len(values)} entries for {count} joints")
+                raise RecordingError(f"{key} of {kind} has {len(values)} entries for {count} joints")
             own[key] = values if len(values) > 1 else values * count
         meant = replace(meant, **{kind: replace(channels, **own)})
     return meant

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ident.numerics.splines import CubicSpline
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, numbers, once_per_object
-from ident.support.errors import PayloadError, RecordingError
+from ident.support.errors import PayloadError, RecordingError, placed
 
 LARGEST_GAP = 10.0
 """Sampling interval relative to the median above which samples are missing instead of late."""
@@ -47,13 +47,14 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        for field in ("t", "q", "v"):
-            try:
-                object.__setattr__(self, field, numbers(getattr(self, field)))
-            except (TypeError, ValueError) as error:
-                reason = str(error).splitlines()[0]
-                raise RecordingError(f"{self.name}: {field} is not an array of numbers: {reason}") from error
-        _check(self)
+        with placed(self.name):
+            for field in ("t", "q", "v"):
+                try:
+                    object.__setattr__(self, field, numbers(getattr(self, field)))
+                except (TypeError, ValueError) as error:
+                    reason = str(error).splitlines()[0]
+                    raise RecordingError(f"{field} is not an array of numbers: {reason}") from error
+            _check(self)
 
     @property
     def n(self) -> int:
@@ -123,8 +124,9 @@ def _resampled(recording: Recording) -> Recording:
     worst = int(intervals.argmax())
     if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:
         raise RecordingError(
-            f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
-            f"usually {np.median(intervals):.3g} s; use the part before or after the gap"
+            f"samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, usually "
+            f"{np.median(intervals):.3g} s; use the part before or after the gap",
+            recording.name,
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
     q = CubicSpline.through(recording.t, recording.q)(t)
@@ -175,13 +177,13 @@ def _unique_rows(recording: Recording) -> NDArray[np.uint64]:
 
 
 def _check(recording: Recording) -> None:
-    t, q, v, name = recording.t, recording.q, recording.v, recording.name
+    t, q, v = recording.t, recording.q, recording.v
     if t.ndim != 1 or q.ndim != 2 or v.shape != q.shape or len(t) != len(q):
         raise RecordingError(
-            f"{name}: t, q and v have shapes {t.shape}, {q.shape} and {v.shape}; expected (N,), (N, n) and (N, n)"
+            f"t, q and v have shapes {t.shape}, {q.shape} and {v.shape}; expected (N,), (N, n) and (N, n)"
         )
     if q.shape[1] == 0:
-        raise RecordingError(f"{name}: the recording has no joint")
+        raise RecordingError("the recording has no joint")
     for kind, values, largest in (
         ("t", t[:, None], float(np.finfo(np.float64).max)),
         ("q", q, LARGEST_POSITION),
@@ -193,20 +195,20 @@ def _check(recording: Recording) -> None:
             value, channel = float(values[row, joint]), kind if kind == "t" else f"{kind}{joint + 1}"
             where = f"at row {row + 1} ({len(bad)} such values)"
             if not np.isfinite(value):
-                raise RecordingError(f"{name}: {channel} is not a finite number {where}; remove or repair those rows")
+                raise RecordingError(f"{channel} is not a finite number {where}; remove or repair those rows")
             raise RecordingError(
-                f"{name}: {channel} = {value:.4g} {where}; expected up to {largest:g}, check the unit",
+                f"{channel} = {value:.4g} {where}; expected up to {largest:g}, check the unit",
                 joint=joint,
                 value=value,
                 bounds=(-largest, largest),
             )
     if len(t) < 2:
-        raise RecordingError(f"{name}: {len(t)} samples are too few")
+        raise RecordingError(f"{len(t)} samples are too few")
     peak = np.abs(v).max(axis=0)
     if (small := np.flatnonzero((peak > 0.0) & (peak < 1.0 / LARGEST_CURRENT))).size:
         joint, value = int(small[0]), float(peak[small[0]])
         least = f"expected {1.0 / LARGEST_CURRENT:g} or more, check the unit"
-        raise RecordingError(f"{name}: v{joint + 1} is at most {value:.4g}; {least}", joint=joint, value=value)
+        raise RecordingError(f"v{joint + 1} is at most {value:.4g}; {least}", joint=joint, value=value)
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         k, advice = int(back[0]), ""
@@ -219,16 +221,14 @@ def _check(recording: Recording) -> None:
             advice = f"; {len(back)} rows repeat the time of the row before, write t with more digits"
             if (t == np.rint(t)).all():
                 advice += ', or add the column of fractions: column = ["sec", "nanosec"], unit = ["s", "ns"] in [t]'
-        raise RecordingError(
-            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}"
-        )
+        raise RecordingError(f"time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}")
     for label, values in (("q", q), ("v", v)):
         flat = np.flatnonzero((values == values[0]).all(axis=0))
         if len(flat):
             if len(t) < FEW:
-                raise RecordingError(f"{name}: {len(t)} samples are too few")
+                raise RecordingError(f"{len(t)} samples are too few")
             raise RecordingError(
-                f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
+                f"{label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
                 f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}",
                 joint=int(flat[0]),
             )

@@ -1,5 +1,8 @@
 """Errors of the identification: one base class, one class per cause that a caller can treat differently."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 
 class ProjectError(Exception):
     """Base of the errors that this project raises on purpose; the message is one line for the user.
@@ -26,6 +29,17 @@ class ProjectError(Exception):
         super().__init__(f"{place}: {reason}" if place else reason)
         self.reason, self.joint, self.value, self.bounds = reason, joint, value, bounds
         self.kind = kind or type(self).__name__
+
+
+@contextmanager
+def placed(place: str) -> Generator[None]:
+    """Begin the messages of errors with their place, as a file, unless they do: `place: ` or a path within it."""
+    try:
+        yield
+    except ProjectError as error:
+        if not str(error).startswith((f"{place}: ", f"{place}/")):
+            error.args = (f"{place}: {error}",)
+        raise
 
 
 class IdentificationError(ProjectError, ValueError):

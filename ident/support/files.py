@@ -10,7 +10,7 @@ import stat
 import sys
 import tempfile
 import tomllib
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,7 +27,7 @@ _DOTTED = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){{{DEEPEST}}}"""
 _PLACE = re.compile(r"at line (\d+), column (\d+)")
 
 
-def check_file(path: Path, *, most_bytes: int, error: type[ValueError]) -> None:
+def check_file(path: Path, *, most_bytes: int, error: Callable[[str], Exception]) -> None:
     """Check that a file is regular, not empty, and of at most `most_bytes` bytes; raises `error`."""
     place = one_line(path)
     try:
@@ -47,7 +47,7 @@ def check_file(path: Path, *, most_bytes: int, error: type[ValueError]) -> None:
         )
 
 
-def read_bytes(path: Path, *, most_bytes: int, error: type[ValueError]) -> bytes:
+def read_bytes(path: Path, *, most_bytes: int, error: Callable[[str], Exception]) -> bytes:
     """Return the content of a regular file; raises `error` as `check_file`, or if it may not be read."""
     check_file(path, most_bytes=most_bytes, error=error)
     try:
@@ -56,7 +56,7 @@ def read_bytes(path: Path, *, most_bytes: int, error: type[ValueError]) -> bytes
         raise error(f"{one_line(path)}: {fault.strerror or 'not readable'}") from fault
 
 
-def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
+def read_toml(path: Path, *, error: Callable[[str], Exception]) -> dict[str, object]:
     """Parse a TOML file; raises `error` if it cannot be read, is not TOML, or is nested deeper than `DEEPEST`."""
     content, place = read_bytes(path, most_bytes=LARGEST, error=error), one_line(path)
     too_deep = error(f"{place}: tables or arrays are nested deeper than {DEEPEST}")

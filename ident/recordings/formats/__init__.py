@@ -94,19 +94,18 @@ class LogFormat:
 
 
 @contextmanager
-def readable(place: str, what: str, *more: type[Exception]) -> Generator[None]:
-    """Convert errors of a library for damaged files, those of `DAMAGED` and more, to errors of the file."""
+def readable(what: str, *more: type[Exception]) -> Generator[None]:
+    """Convert errors of a library for damaged files, those of `DAMAGED` and more, to a `RecordingError`."""
     try:
         yield
     except RecordingError:
         raise
     except (*DAMAGED, *more) as error:
         reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
-        raise RecordingError(f"{place}: not {what} ({reason})") from error
+        raise RecordingError(f"not {what} ({reason})") from error
 
 
 def table_of(
-    place: str,
     widths: Mapping[str, int | None],
     read: Callable[[Sequence[str], Set[str]], Mapping[str, np.ndarray]],
 ) -> Table:
@@ -123,7 +122,7 @@ def table_of(
         found = read(list(dict.fromkeys(places[name][0] for name in names)), {places[name][0] for name in dated})
         if len({len(x) for x in found.values()}) > 1:
             lengths = [f"{name}: {len(found[places[name][0]])}" for name in names]
-            raise RecordingError(f"{place}: columns of different lengths: {listed(lengths)}")
+            raise RecordingError(f"columns of different lengths: {listed(lengths)}")
         columns = dict[str, Array]()
         for name in names:
             field, k = places[name]
@@ -152,7 +151,7 @@ def with_times(table: Table, rate_hz: float) -> Table:
     return replace(table, names=[SAMPLE, *table.names], load=load)
 
 
-def merged(place: str, columns: Columns, times: Columns, time: str, remarks: list[str]) -> Columns:
+def merged(columns: Columns, times: Columns, time: str, remarks: list[str]) -> Columns:
     """Bring channels with times of their own, or with values in some rows alone, to the samples of the first channel.
 
     Between two samples a channel is interpolated. A sample between two of a channel that are further apart than twice
@@ -169,7 +168,7 @@ def merged(place: str, columns: Columns, times: Columns, time: str, remarks: lis
             where = (
                 f"its time does not increase after {own[back[0]]:.9g}" if len(back) else "it has fewer than two values"
             )
-            raise RecordingError(f"{place}: column {one_line(name)}: {where}")
+            raise RecordingError(f"column {one_line(name)}: {where}")
         if not found:
             t, kept = own, np.ones(len(own), dtype=np.bool_)
         after = np.clip(np.searchsorted(own, t), 1, len(own) - 1)
@@ -182,18 +181,18 @@ def merged(place: str, columns: Columns, times: Columns, time: str, remarks: lis
     return {name: x[kept] for name, x in {time: t, **found}.items()}
 
 
-def check_kind(place: str, name: str, kind: object, *, dates: bool, numbers: bool, dated: bool) -> None:
+def check_kind(name: str, kind: object, *, dates: bool, numbers: bool, dated: bool) -> None:
     """Refuse a field that does not hold what is declared, dates or numbers."""
     if not (dates if dated else numbers):
         iso = '; t is in seconds; set unit = "iso" for dates' if dates else ""
         expected = "dates; for numbers, state the unit, s, ms, us or ns" if dated else f"numbers{iso}"
-        raise RecordingError(f"{place}: column {one_line(name)} is {one_line(kind)[:80]}, expected {expected}")
+        raise RecordingError(f"column {one_line(name)} is {one_line(kind)[:80]}, expected {expected}")
 
 
-def check_size(place: str, values: int) -> None:
+def check_size(values: int) -> None:
     """Refuse to read more than `MOST_VALUES` values."""
     if values > MOST_VALUES:
-        raise RecordingError(f"{place}: {values} numbers; up to {MOST_VALUES} are read, take a part of it")
+        raise RecordingError(f"{values} numbers; up to {MOST_VALUES} are read, take a part of it")
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:

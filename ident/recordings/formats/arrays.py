@@ -26,7 +26,7 @@ from ident.recordings.formats import (
     table_of,
 )
 from ident.support.arrays import Array, Indices
-from ident.support.errors import RecordingError
+from ident.support.errors import RecordingError, placed
 from ident.support.files import check_file
 from ident.support.naming import needed_extra, one_line
 
@@ -41,52 +41,47 @@ LARGEST_JSON = 1_000_000_000
 
 def open_arrays(path: Path, _: LogDescription) -> Table:
     """Read the arrays of NumPy's files; raises `RecordingError` for others."""
-    place = one_line(path)
     check_file(path, most_bytes=LARGEST, error=RecordingError)
-    with readable(place, "arrays of numbers as numpy.savez or numpy.save writes them"):
+    with readable("arrays of numbers as numpy.savez or numpy.save writes them"):
         loaded = np.load(path, allow_pickle=False)
         if isinstance(loaded, np.ndarray):
             arrays = {"": loaded}
         else:
             with loaded:
-                check_size(
-                    place, 0 if loaded.zip is None else sum(each.file_size for each in loaded.zip.infolist()) // 8
-                )
+                check_size(0 if loaded.zip is None else sum(each.file_size for each in loaded.zip.infolist()) // 8)
                 arrays = {name: loaded[name] for name in loaded.files}
-    return array_table(place, arrays)
+    return array_table(arrays)
 
 
 def open_hdf5(path: Path, _: LogDescription, *, matlab: bool = False) -> Table:
     """Read the arrays of numbers of an HDF5 file; those of MATLAB (`-v7.3`) are stored with rows as columns."""
-    place = one_line(path)
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     if importlib.util.find_spec("h5py") is None:
-        raise RecordingError(f"{place}: {needed_extra('h5py')}")
+        raise RecordingError(needed_extra("h5py") or "")
     import h5py
 
     arrays = dict[str, np.ndarray]()
-    with readable(place, "a readable HDF5 file"), h5py.File(path, "r") as file:
+    with readable("a readable HDF5 file"), h5py.File(path, "r") as file:
 
         def keep(name: str, found: "h5py.Dataset | h5py.Group") -> None:
             if isinstance(found, h5py.Dataset) and found.dtype.kind in "iufV" and found.ndim in (1, 2):
-                check_size(place, sum(each.size for each in arrays.values()) + math.prod(found.shape))
+                check_size(sum(each.size for each in arrays.values()) + math.prod(found.shape))
                 arrays[name.replace("/", ".")] = np.squeeze(found[()].T) if matlab else found[()]
 
         file.visititems(keep)
-    return array_table(place, arrays)
+    return array_table(arrays)
 
 
 def open_matlab(path: Path, description: LogDescription) -> Table:
     """Read the arrays of a MATLAB file, of any version; a row or a column is one channel."""
-    place = one_line(path)
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
             return open_hdf5(path, description, matlab=True)
     from scipy.io import loadmat, whosmat
 
-    with readable(place, "a readable MATLAB file", NotImplementedError):
-        check_size(place, sum(math.prod(shape) for _, shape, _ in whosmat(path)))
+    with readable("a readable MATLAB file", NotImplementedError):
+        check_size(sum(math.prod(shape) for _, shape, _ in whosmat(path)))
         found, arrays = loadmat(path, simplify_cells=True), dict[str, np.ndarray]()
     structures = [("", found)]
     for within, structure in structures:  # grows
@@ -95,7 +90,7 @@ def open_matlab(path: Path, description: LogDescription) -> Table:
                 structures.append((f"{within}{name}.", x))
             elif isinstance(x, np.ndarray) and x.dtype.kind in "iuf":
                 arrays[f"{within}{name}"] = x
-    return array_table(place, arrays)
+    return array_table(arrays)
 
 
 def open_json_lines(path: Path, _: LogDescription) -> Table:
@@ -103,9 +98,8 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
     import pyarrow as pa
     import pyarrow.json as pj
 
-    place = one_line(path)
     check_file(path, most_bytes=LARGEST_JSON, error=RecordingError)
-    with readable(place, "JSON lines, an object with the same keys per line"):
+    with readable("JSON lines, an object with the same keys per line"):
         table: pa.Table = pj.read_json(path)
         while any(isinstance(kind, pa.StructType) for kind in table.schema.types):
             table = table.flatten()
@@ -113,17 +107,15 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
     def read(names: Sequence[str]) -> "pa.Table":
         return table.select(list(names))
 
-    return arrow_table(place, table.schema, table[:1], read)
+    return arrow_table(table.schema, table[:1], read)
 
 
-def frame_table(frame: object) -> Table:
-    """Return the table of a data frame; raises `RecordingError` for another object."""
-    if not isinstance(frame, DataFrame):
-        raise RecordingError(f"a log is {type(frame).__name__}; expected a path or a data frame")
-    return array_table("data frame", {str(name): np.asarray(column) for name, column in frame.items()})
+def frame_table(frame: DataFrame) -> Table:
+    """Return the table of a data frame."""
+    return array_table({str(name): np.asarray(column) for name, column in frame.items()})
 
 
-def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
+def array_table(arrays: Mapping[str, np.ndarray]) -> Table:
     """Return the table of arrays (N,) or (N, width), with or without named fields; refuses transposed ones."""
     lengths = [len(each) for each in arrays.values() if each.ndim == 1]
     samples = max(lengths, default=MOST_COLUMNS if "" in arrays else 0)
@@ -131,42 +123,40 @@ def array_table(place: str, arrays: Mapping[str, np.ndarray]) -> Table:
     for name, array in arrays.items():
         if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
             raise RecordingError(
-                f"{place}: {one_line(name) or 'the array'} has {array.shape[0]} rows of {array.shape[1]} numbers; "
+                f"{one_line(name) or 'the array'} has {array.shape[0]} rows of {array.shape[1]} numbers; "
                 "expected one row per sample; it is transposed, save its .T"
             )
         own = {name: array} if array.dtype.names is None else {each: array[each] for each in array.dtype.names}
         fields |= {label: x for label, x in own.items() if x.ndim == 2 or (x.ndim == 1 and label)}
 
     def read(names: Sequence[str], dated: Set[str]) -> Mapping[str, np.ndarray]:
-        check_size(place, sum(fields[name].size for name in names))
+        check_size(sum(fields[name].size for name in names))
         for name in names:
             kind = fields[name].dtype
-            check_kind(place, name, kind, dates=kind.kind == "M", numbers=kind.kind in "iuf", dated=name in dated)
+            check_kind(name, kind, dates=kind.kind == "M", numbers=kind.kind in "iuf", dated=name in dated)
         return {name: fields[name] for name in names}
 
-    return table_of(place, {name: None if x.ndim == 1 else x.shape[1] for name, x in fields.items()}, read)
+    return table_of({name: None if x.ndim == 1 else x.shape[1] for name, x in fields.items()}, read)
 
 
 def open_parquet(path: Path, _: LogDescription) -> Table:
     """Open a Parquet file; raises `RecordingError` for others, or if it is too large."""
     import pyarrow.parquet as pq
 
-    place = one_line(path)
     check_file(path, most_bytes=LARGEST, error=RecordingError)
-    with readable(place, "a readable Parquet file"):
+    with readable("a readable Parquet file"):
         file = pq.ParquetFile(path)
         first = next(file.iter_batches(batch_size=1), None) if any(map(_is_list, file.schema_arrow.types)) else None
 
     def read(names: Sequence[str]) -> "pa.Table":
-        check_size(place, file.metadata.num_rows * len(names))
-        with readable(place, "a readable Parquet file"):
+        check_size(file.metadata.num_rows * len(names))
+        with readable("a readable Parquet file"):
             return file.read(columns=list(names))
 
-    return arrow_table(place, file.schema_arrow, first, read)
+    return arrow_table(file.schema_arrow, first, read)
 
 
 def arrow_table(
-    place: str,
     schema: "pa.Schema",
     first: "pa.RecordBatch | pa.Table | None",
     read: "Callable[[Sequence[str]], pa.Table]",
@@ -182,9 +172,9 @@ def arrow_table(
 
     def arrays(names: Sequence[str], dated: Set[str]) -> Mapping[str, np.ndarray]:
         table = read(names)
-        return {name: _numbers(place, name, table[name], dated=name in dated) for name in names}
+        return {name: _numbers(name, table[name], dated=name in dated) for name in names}
 
-    return table_of(place, widths, arrays)
+    return table_of(widths, arrays)
 
 
 def _is_list(kind: object) -> bool:
@@ -193,7 +183,7 @@ def _is_list(kind: object) -> bool:
     return isinstance(kind, pa.ListType | pa.FixedSizeListType)
 
 
-def _numbers(place: str, name: str, column: "pa.ChunkedArray", *, dated: bool) -> np.ndarray:
+def _numbers(name: str, column: "pa.ChunkedArray", *, dated: bool) -> np.ndarray:
     """Return a column as an array, shape (N,), or (N, k) of arrays; a missing value is NaN, which recordings refuse."""
     import pyarrow as pa
 
@@ -205,21 +195,21 @@ def _numbers(place: str, name: str, column: "pa.ChunkedArray", *, dated: bool) -
         odd = np.flatnonzero(~(lengths == lengths[:1]))
         if len(odd):
             raise RecordingError(
-                f"{place}: column {one_line(name)}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has"
+                f"column {one_line(name)}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has"
             )
         flat = pa.chunked_array([chunk.flatten() for chunk in column.chunks], kind.value_type)
         width = int(lengths[0]) if len(lengths) else getattr(kind, "list_size", 0)
-        return _numbers(place, name, flat, dated=dated).reshape(len(lengths), width)
+        return _numbers(name, flat, dated=dated).reshape(len(lengths), width)
     if isinstance(kind, pa.DictionaryType):
         column, kind = column.cast(kind.value_type), kind.value_type
     dates, is_decimal = pa.types.is_timestamp(kind), pa.types.is_decimal(kind)
     numbers = is_decimal or pa.types.is_integer(kind) or pa.types.is_floating(kind)
-    check_kind(place, name, kind, dates=dates, numbers=numbers, dated=dated)
+    check_kind(name, kind, dates=dates, numbers=numbers, dated=dated)
     if dates:
         ns = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
         return _plain(ns.fill_null(np.iinfo(np.int64).min)).view("M8[ns]")  # not a time
     if is_decimal or column.null_count:  # a cast imports compute kernels, a tenth of the time of a command
-        with readable(f"{place}: column {one_line(name)}", f"exact as float64, write it so; it is {kind}"):
+        with placed(f"column {one_line(name)}"), readable(f"exact as float64, write it so; it is {kind}"):
             column = column.cast(pa.float64(), safe=not pa.types.is_integer(kind)).fill_null(np.nan)
     return _plain(column)
 

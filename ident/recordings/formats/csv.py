@@ -20,7 +20,7 @@ from ident.recordings.description import LogDescription
 from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, merged, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
-from ident.support.naming import one_line, shown
+from ident.support.naming import shown
 
 LARGEST = 500_000_000
 """Largest size of a text [bytes]: two million samples of six joints with all digits."""
@@ -44,16 +44,16 @@ _QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 
 def open_csv(path: Path, description: LogDescription) -> Table:
     """Find header, separator and decimal sign of a text, unless declared; raises `RecordingError` if it has none."""
-    stated, place = description.text, one_line(path)
+    stated = description.text
     lines = _lines(path, stated.encoding)
-    header, separator, start = _header(place, lines, description)
+    header, separator, start = _header(lines, description)
     if stated.rows is not None:
         start = stated.rows - 1
         if start >= len(lines):
-            raise RecordingError(f"{place}: has no line {stated.rows}")
+            raise RecordingError(f"has no line {stated.rows}")
     first = next((row for row in map(_plain, lines[start:]) if row), None)
     if first is None:
-        raise RecordingError(f"{place}: {NO_ROW}")
+        raise RecordingError(NO_ROW)
     cells = _split(first, separator)
     quoted = len(cells) == len(header) and any(map(_QUOTED.fullmatch, cells))
     decimal = stated.decimal or ("," if quoted or (separator != "," and "," in first) else ".")
@@ -84,7 +84,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
             if len(cells) != len(header):
                 hint = "; separate columns with ; where the decimal sign is a comma"
                 raise RecordingError(
-                    f"{place}: line {number} has {len(cells)} cells, but the header names {len(header)}"
+                    f"line {number} has {len(cells)} cells, but the header names {len(header)}"
                     f"{hint if separator == ',' and len(cells) > len(header) else ''}"
                 )
             for read, k in wanted:
@@ -94,14 +94,14 @@ def open_csv(path: Path, description: LogDescription) -> Table:
                 except ValueError:
                     dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                     raise RecordingError(
-                        f"{place}: line {number}, column {header[k]}: {shown(cells[k])} is not "
+                        f"line {number}, column {header[k]}: {shown(cells[k])} is not "
                         f"{dates if read is _date else 'a number'}"
                     ) from None
         found = dict(zip(used, np.ascontiguousarray(np.reshape(values, (-1, len(used))).T), strict=True))
         columns = {name: found[k] for name, k in places.items()}
         if time in columns and (clock or any(np.isnan(x).any() for x in columns.values())):
             times = {name: found[clock[name]] if clock else columns[time] for name in names}
-            return merged(place, columns, times, time, remarks)
+            return merged(columns, times, time, remarks)
         return columns
 
     remarks = list[str]()
@@ -114,7 +114,7 @@ def _date(cell: str) -> float:
     return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
 
 
-def _header(place: str, lines: list[str], description: LogDescription) -> tuple[list[str], str, int]:
+def _header(lines: list[str], description: LogDescription) -> tuple[list[str], str, int]:
     """Return names of columns, separator, and the number of lines before the first row."""
     stated, joints = description.text, description.joints or ("",)
     declared = {name.replace("{joint}", joint) for name in description.names for joint in joints}
@@ -130,13 +130,13 @@ def _header(place: str, lines: list[str], description: LogDescription) -> tuple[
     number, words, comment = (stated.header or 1) - 1, "", ""
     if stated.header:
         if number >= len(lines):
-            raise RecordingError(f"{place}: has no line {stated.header}")
+            raise RecordingError(f"has no line {stated.header}")
         words = lines[number].strip().lstrip("#").strip()
         if not words:
-            raise RecordingError(f"{place}: line {number + 1}, declared as the header, is empty")
+            raise RecordingError(f"line {number + 1}, declared as the header, is empty")
     while not words:
         if number == len(lines):
-            raise RecordingError(f"{place}: {NO_ROW}")
+            raise RecordingError(NO_ROW)
         words = _plain(lines[number])
         if not words:
             comment = lines[number].strip().lstrip("#").strip() or comment
@@ -151,7 +151,7 @@ def _header(place: str, lines: list[str], description: LogDescription) -> tuple[
             words, number = comment, number - 1  # as written by numpy.savetxt
         elif all(_NUMBER.fullmatch(each) for each in re.split(r"[\s;,|]+", words) if each):
             raise RecordingError(
-                f"{place}: line {number + 1} has numbers where column names are expected; begin with t,q1,..,v1,.., or "
+                f"line {number + 1} has numbers where column names are expected; begin with t,q1,..,v1,.., or "
                 'set header = "none" in a log description'
             )
     separator = stated.separator or max(SEPARATORS, key=lambda each: known(words, each))
@@ -173,26 +173,25 @@ def _split(line: str, separator: str) -> list[str]:
 
 def _lines(path: Path, encoding: str | None) -> list[str]:
     """Return the lines of a text, in its declared encoding, that of its byte order mark, UTF-8, or else Latin-1."""
-    place = one_line(path)
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):
-        with readable(place, "a readable gzip file"):
+        with readable("a readable gzip file"):
             content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(LARGEST + 1)
         if len(content) > LARGEST:
-            raise RecordingError(f"{place}: more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
+            raise RecordingError(f"more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
     kind = next((name for start, name in BINARY.items() if content.startswith(start)), None)
     if kind is not None:
-        raise RecordingError(f"{place}: {kind}")
+        raise RecordingError(kind)
     marked = next((name for mark, name in MARKS.items() if content.startswith(mark)), None)
     if encoding is None and marked is None and _CONTROL.search(content[:100_000]):
         hint = "is it UTF-16? save it as UTF-8" if 2 * content[:100].count(0) >= len(content[:100]) - 1 else ""
-        raise RecordingError(f"{place}: not a text file; {hint or 'expected CSV, or a name ending in .parquet'}")
+        raise RecordingError(f"not a text file; {hint or 'expected CSV, or a name ending in .parquet'}")
     try:
         text = content.decode(encoding or marked or "utf-8")
     except UnicodeError as error:
         if encoding or marked:
             where = f" at byte {error.start}" if isinstance(error, UnicodeDecodeError) else ""
-            raise RecordingError(f"{place}: broken {(encoding or marked or '').upper()}{where}") from error
+            raise RecordingError(f"broken {(encoding or marked or '').upper()}{where}") from error
         text = content.decode("latin-1")
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 

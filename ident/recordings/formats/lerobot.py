@@ -21,9 +21,8 @@ from ident.recordings.formats import Columns, LogFormat, Table, check_size, read
 from ident.recordings.formats.arrays import LARGEST as LARGEST_DATA
 from ident.recordings.formats.arrays import arrow_table
 from ident.support.arrays import Array
-from ident.support.errors import RecordingError
+from ident.support.errors import RecordingError, placed
 from ident.support.files import check_file, read_bytes
-from ident.support.naming import one_line
 from ident.support.options import Key, is_number, is_table, strict_table
 
 if TYPE_CHECKING:
@@ -60,16 +59,14 @@ KEYS = {
 
 def open_lerobot(path: Path, description: LogDescription) -> Table:
     """Open one episode; raises if the folder is no dataset or one must be chosen; `load`, if frames are lost."""
-    place, info = one_line(path), _info(path)
+    info = _info(path)
     meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
     frames_of = dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
     there = f"{len(frames_of)} episode{'s'[: len(frames_of) > 1]}, {min(frames_of):g} to {max(frames_of):g}"
     episode = dict(description.only).get(EPISODE, min(frames_of) if len(frames_of) == 1 else None)
     if episode is None or episode not in frames_of:
         what = there if episode is None else f"no episode {episode:g}; there are {there}"
-        raise RecordingError(
-            f"{place}: {what}; choose one (--episode, or only = {{ episode_index = .. }} of a description)"
-        )
+        raise RecordingError(f"{what}; choose one (--episode, or only = {{ episode_index = .. }} of a description)")
     data, frames, stored = _parquet(path, "data", int(episode)), frames_of[episode], dict[str, str]()
     positions, currents = dict[str, tuple[str, str]](), dict[str, dict[str, tuple[str, str]]]()
     for feature, stated in info["features"].items():
@@ -95,16 +92,16 @@ def open_lerobot(path: Path, description: LogDescription) -> Table:
         frame = found[FRAME]
         if len(frame) != frames:
             raise RecordingError(
-                f"{place}: episode {episode:g} has {len(frame)} of its {frames:g} frames; a file of data/ is missing"
+                f"episode {episode:g} has {len(frame)} of its {frames:g} frames; a file of data/ is missing"
             )
         wrong = np.flatnonzero(frame != np.arange(frames))
         if len(wrong):
             raise RecordingError(
-                f"{place}: frame_index of episode {episode:g} is {frame[wrong[0]]:g} at its row {wrong[0] + 1}, "
+                f"frame_index of episode {episode:g} is {frame[wrong[0]]:g} at its row {wrong[0] + 1}, "
                 f"expected {wrong[0]}; frames are lost or out of order"
             )
         if TIME in found:
-            found[TIME] = _time(place, info["fps"], found[TIME], frame)
+            found[TIME] = _time(info["fps"], found[TIME], frame)
         return {name: found[stored.get(name, name)] for name in names}
 
     return replace(
@@ -116,12 +113,11 @@ def open_lerobot(path: Path, description: LogDescription) -> Table:
 def _info(path: Path) -> dict[str, Any]:
     """Return the metadata of a dataset; raises `RecordingError` if it is not one of LeRobot, version 3."""
     if not (path / INFO).is_file():
-        raise RecordingError(f"{one_line(path)}: expected the folder of a LeRobot dataset, with {INFO}")
-    place, content = one_line(path / INFO), read_bytes(path / INFO, most_bytes=LARGEST, error=RecordingError)
-    with readable(place, "JSON as LeRobot writes it; copy the dataset again", RecursionError):
+        raise RecordingError(f"expected the folder of a LeRobot dataset, with {INFO}")
+    content = read_bytes(path / INFO, most_bytes=LARGEST, error=RecordingError)
+    with placed(INFO), readable("JSON as LeRobot writes it; copy the dataset again", RecursionError):
         info = json.loads(content)
-        needed = {key: info.get(key) for key in KEYS}
-    return info | strict_table(needed, KEYS, RecordingError, place)
+        return info | strict_table({key: info.get(key) for key in KEYS}, KEYS, RecordingError)
 
 
 def _names(stated: object) -> list[str]:
@@ -136,25 +132,25 @@ def _parquet(path: Path, folder: str, episode: int | None = None) -> Table:
     """Open the Parquet files of a folder of the dataset, an episode or all rows."""
     from pyarrow import dataset
 
-    files, place = sorted((path / folder).glob("*/*.parquet")), one_line(path / folder)
+    files = sorted((path / folder).glob("*/*.parquet"))
     if not files:
-        raise RecordingError(f"{place} has no Parquet file; copy the dataset again")
+        raise RecordingError(f"{folder} has no Parquet file; copy the dataset again")
     for file in files:
         check_file(file, most_bytes=LARGEST_DATA, error=RecordingError)
     wanted = None if episode is None else dataset.field(EPISODE) == episode
-    with readable(place, "readable"):
+    with placed(folder), readable("readable"):
         data = dataset.dataset([str(file) for file in files], format="parquet")
         first = data.head(1)
 
     def read(names: Sequence[str]) -> "pa.Table":
-        with readable(place, "readable"):
-            check_size(place, data.count_rows(filter=wanted) * len(names))
+        with placed(folder), readable("readable"):
+            check_size(data.count_rows(filter=wanted) * len(names))
             return data.to_table(columns=list(names), filter=wanted)
 
-    return arrow_table(place, data.schema, first if len(first) else None, read)
+    return arrow_table(data.schema, first if len(first) else None, read)
 
 
-def _time(place: str, fps: float, t: Array, frame: Array) -> Array:
+def _time(fps: float, t: Array, frame: Array) -> Array:
     """Return times of frames [s]; stamps of LeRobot, `frame_index / fps`, without rounding to float32."""
     made = frame / fps
     if np.array_equal(made.astype(np.float32), t):
@@ -163,7 +159,7 @@ def _time(place: str, fps: float, t: Array, frame: Array) -> Array:
         period = float(t[-1] - t[0]) / (len(t) - 1)
         if not abs(period * fps - 1.0) <= FPS_TOL:
             raise RecordingError(
-                f"{place}: timestamps advance by {period:.4g} s a frame, but fps = {fps:g} of {INFO} says "
+                f"timestamps advance by {period:.4g} s a frame, but fps = {fps:g} of {INFO} says "
                 f"{1.0 / fps:.4g} s; correct the one that is wrong"
             )
     return t

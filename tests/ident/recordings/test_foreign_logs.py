@@ -145,7 +145,7 @@ OWN = {
 
 
 def meant(names: list[str], given: LogDescription | None = None) -> LogDescription:
-    return resolved("log", Table(names, lambda *_: {}), given or LogDescription())[0]
+    return resolved(Table(names, lambda *_: {}), given or LogDescription())[0]
 
 
 def test_standard_columns_are_complete_and_spelt_so():

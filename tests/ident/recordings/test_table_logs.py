@@ -36,7 +36,7 @@ def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path):
                 if content is not None:
                     path.write_bytes(content)
                 with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
-                    log.open(path, LogDescription())
+                    read_recording(path)
 
 
 def test_numbers_of_any_type_are_read_from_parquet(tmp_path):

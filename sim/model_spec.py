@@ -84,15 +84,19 @@ def arm_joints(model: mujoco.MjModel) -> slice:
     return slice(first, first + model.nu)
 
 
-def compiler_reason(error: ValueError) -> str:
-    """Return the message of MuJoCo's compiler in one line that names the element."""
-    what, *details = str(error).removeprefix("Error: ").splitlines()
-    element = next(
-        (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name")), ""
-    )
-    if "mass and inertia of moving bodies" in what:
-        return f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
-    return f"{what} (element {element!r})" if element else what
+@contextmanager
+def compiled(model: object) -> Generator[None]:
+    """Convert errors of MuJoCo's compiler to a `PlantError` in one line that names the model and the element."""
+    try:
+        yield
+    except ValueError as error:
+        what, *details = str(error).removeprefix("Error: ").splitlines()
+        names = (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name"))
+        if element := next(names, ""):
+            what += f" (element {element!r})"
+        if "mass and inertia of moving bodies" in what:
+            what = f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
+        raise PlantError(f"robot model {model}: {what}") from error
 
 
 @lru_cache(maxsize=8)

@@ -24,7 +24,7 @@ from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build
 from sim.effects.transmissions import MOTOR, places_of_motors, sag
 from sim.errors import PlantError
-from sim.model_spec import compiler_reason, driven_joints, lean_spec, silenced
+from sim.model_spec import compiled, driven_joints, lean_spec, silenced
 from sim.robot import DriveTruth, Robot
 
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
@@ -116,7 +116,7 @@ def plant_model(
     """
     n, path = plant.robot.n, plant.robot.model
     build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
-    try:
+    with compiled(f"{path} with a payload of {plant.payload.mass:g} kg" if loaded else path):
         spec = read(path, plant.robot.flange)
         if len(spec.joints) != n:
             raise PlantError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
@@ -137,9 +137,6 @@ def plant_model(
         spec.option.timestep = step
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
-    except ValueError as error:
-        mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
-        raise PlantError(f"robot model {path}{mounted}: {compiler_reason(error)}") from error
     _inject(model, plant, build)
     return model
 
@@ -149,12 +146,10 @@ def bare_arm(
     mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
 ) -> mujoco.MjModel:
     """Compile the arm of a model file with rotors Ia [kg m^2], shape (n,), without friction: the controller's model."""
-    try:
+    with compiled(mjcf):
         spec = lean_spec(mjcf, flange)
         mount_payload(spec, payload)
         model = spec.compile()
-    except ValueError as error:
-        raise PlantError(f"robot model {mjcf}: {compiler_reason(error)}") from error
     if model.nv != len(rotor_inertia):
         believed = len(rotor_inertia)
         raise PlantError(f"robot model {mjcf}: {model.nv} joints, but the controller's model has {believed}")

@@ -14,8 +14,7 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.errors import PlantError
-from sim.model_spec import compiler_reason, full_spec, silenced
+from sim.model_spec import compiled, full_spec, silenced
 from sim.plant import PayloadBody, Plant, mount_payload
 from sim.robot import Robot
 
@@ -54,10 +53,8 @@ class Solid:
 @silenced()
 def flange_of(robot: Robot) -> Flange:
     """The flange of an arm; raises `PlantError` if its model file cannot be compiled."""
-    try:
+    with compiled(robot.model):
         model = full_spec(robot.model, robot.flange).compile()
-    except ValueError as error:
-        raise PlantError(f"robot model {robot.model}: {compiler_reason(error)}") from error
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     last = int(model.jnt_bodyid[-1])
@@ -175,7 +172,7 @@ class Clearance:
         for one, other in dict.fromkeys(neighbours):
             spec.add_exclude(bodyname1=one, bodyname2=other)
         self._margin = margin
-        try:
+        with compiled(plant.robot.model):
             self._model = spec.compile()
             arm, moving = ({name for names in some for name in names} for some in (groups, groups[1:]))
             self.always_near = self._near_everywhere(arm, {body.name, *moving})
@@ -183,8 +180,6 @@ class Clearance:
                 for one, other in self.always_near:
                     spec.add_exclude(bodyname1=one, bodyname2=other)
                 self._model = spec.compile()
-        except ValueError as error:
-            raise PlantError(f"robot model {plant.robot.model}: {compiler_reason(error)}") from error
         self._data = mujoco.MjData(self._model)
 
     def __call__(self, q: Array) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from ident.support.arrays import Array, Indices
 from sim.errors import ADVICE, PlantError
 from sim.experiment import Experiment
-from sim.model_spec import full_spec, silenced
+from sim.model_spec import compiled, full_spec, silenced
 from sim.plant import PayloadBody, mount_payload
 from sim.robot import Robot
 from sim.shapes import CAPSULE, PLANE, add_payload_shape, flange_of, stand_in
@@ -117,7 +117,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)
     instants = np.linspace(0.0, duration, 40) if times is None else np.array(times)
-    try:
+    with compiled(experiments[0].plant.robot.model):
         arms = [drawn_arm(each.plant.robot, each.plant.payload if each.loaded else None) for each in experiments]
         swept = [_swept(arm.copy().compile(), motion(instants)[0]) for arm, motion in zip(arms, motions, strict=True)]
         azimuth = _azimuth(swept)
@@ -135,9 +135,6 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
         for material in room.materials:
             material.reflectance = 0.0  # a film is smaller and rendered in half the time
         model = room.compile()
-    except ValueError as error:
-        path = experiments[0].plant.robot.model
-        raise PlantError(f"robot model {path}: {str(error).splitlines()[0]}") from error
     ends = np.cumsum([0, *(motion.n for motion in motions)])  # arms are in the order of their attachment
     places = tuple(model.jnt_qposadr[one:other] for one, other in pairwise(ends))
     return Scene(model, places, motions, duration, instants, azimuth)

@@ -18,7 +18,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from ident.model.xml_tree import DEEPEST, LARGEST_FILE, check_attributes, read_xml, title, vector, where
-from ident.support.errors import RobotModelError
+from ident.support.errors import RobotModelError, placed
 from ident.support.naming import nearest, shown
 
 NAME_IT = (
@@ -128,10 +128,8 @@ def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int)
             path = folder / name
             if path.resolve() in sizes:
                 raise RobotModelError(f"{where(child)}: include file = {shown(name)} is included a second time")
-            try:
+            with placed(f"{where(child)}: include"):
                 found = read_xml(path)
-            except RobotModelError as error:
-                raise RobotModelError(f"{where(child)}: include: {error}") from error
             sizes[path.resolve()] = path.stat().st_size
             if sum(sizes.values()) > LARGEST_FILE:
                 raise RobotModelError(f"{where(child)}: more than {LARGEST_FILE / 1e6:g} MB are included")

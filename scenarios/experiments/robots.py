@@ -28,7 +28,7 @@ from ident.support.naming import nearest, one_line, shown
 from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, ROBOT
 from scenarios.support.errors import ScenarioError, WrongValue
 from sim.errors import PlantError
-from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
+from sim.model_spec import compiled, hold_all_but_arm, lean_spec, silenced
 
 if TYPE_CHECKING:
     from sim.robot import Robot  # imported where a simulated robot is read: identification needs none
@@ -155,10 +155,8 @@ def nominal_links(path: Path, flange: str | None) -> ModelLinks:
 
 
 def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
-    try:
+    with compiled(one_line(path)):
         return lean_spec(path, flange).compile()
-    except ValueError as error:
-        raise PlantError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
 
 
 def model_links(path: Path, flange: str | None) -> Array | None:

@@ -1,11 +1,10 @@
 """Commands that design an experiment: `rx90 new-robot` from a model file, `excite` a motion, `payload` a payload."""
 
 import argparse
-import re
 import shlex
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,7 +38,6 @@ HARMONICS = arguments.count_from(
 )
 DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
 EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a day")
-STOPPED = re.compile(r"# Stopped after (\d+) of \d+ motions")
 TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
 MASS = arguments.number_from(1e-3, 2000.0, "kg", "check the unit")
 """As `LIGHTEST` and `HEAVIEST` of `ident.payload.payload`."""
@@ -52,51 +50,42 @@ NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """Result of a search.
+    """Successively better motions of a search, the best last; the number of motions tried; what stopped it."""
 
-    Attributes:
-        first: Initial motion, None if stopped before.
-        kept: Successively better motions, the best last; empty if there are none.
-    """
-
-    first: "Found | None" = None
-    found: "Found | None" = None
-    kept: "tuple[Found, ...]" = ()
+    kept: "Sequence[Found]"
+    tried: int = 0
     interrupt: KeyboardInterrupt | None = None
 
 
 def searched(
-    design: "Design",
-    series: "Series",
-    options: argparse.Namespace,
-    before: "tuple[FourierTrajectory, int] | None" = None,
+    design: "Design", series: "Series", options: argparse.Namespace, own: "FourierTrajectory | None" = None
 ) -> Outcome:
-    """Search with the given options, with progress on stderr; `before` is a motion to continue from, and its number."""
+    """Search with the given options from random motions, or from an `own` one, with progress on stderr."""
     import numpy as np
 
     from scenarios.design.search import SMALL_STEP, STEP, Found, random_point, search, starts
 
-    outcome = Outcome()
+    kept, tried, stopped = list[Found](), 0, None
     try:
         with _judge(design, series, options) as judge:
-            if before is None:
+            if own is None:
                 at = starts(design, design.plant.robot.home, np.random.default_rng(options.seed))
                 first, step = random_point(series, at, options.seed, judge), STEP
             else:
-                x = series.point(before[0])
-                first, step = Found(x=x, cost=judge([x])[0], tried=before[1]), SMALL_STEP
-            outcome, left = Outcome(first=first), max(options.evaluations - first.tried, 1)
-            with output.under_way(options, "motions", options.evaluations, first.tried) as progress:
-                for found in search(first, step, options.seed + first.tried, left, judge):
-                    better = not outcome.kept or found.cost < outcome.kept[-1].cost
-                    outcome = replace(outcome, found=found, kept=(*outcome.kept, *[found] * better))
+                x = series.point(own)
+                first, step = Found(x=x, cost=judge([x])[0], tried=0), SMALL_STEP
+            with output.under_way(options, "motions", options.evaluations) as progress:
+                for found in search(first, step, options.seed, options.evaluations, judge):
+                    tried = found.tried
+                    if not kept or found.cost < kept[-1].cost:
+                        kept.append(found)
                     progress.reach(
-                        found.tried,
+                        tried,
                         lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
                     )
     except KeyboardInterrupt as interrupt:
-        return replace(outcome, interrupt=interrupt)
-    return outcome
+        stopped = interrupt
+    return Outcome(kept=kept, tried=tried, interrupt=stopped)
 
 
 @contextmanager
@@ -119,8 +108,7 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, written file, and kind and size of the search."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and the joints to identify")
-    text = "motion file to write, TOML; an interrupted search continues from it"
-    add("--out", type=arguments.file, required=True, metavar="FILE", help=text)
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="motion file to write, TOML")
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
     add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
@@ -137,11 +125,10 @@ def excite_command(options: argparse.Namespace) -> Status:
     """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
     claim = output.right_to_write(options, options.out, command="rx90 excite")
     holds = options.protocol == "holds"
-    for name in ("harmonics", "improve") if holds else ():
-        if getattr(options, name):
-            raise ScenarioError(
-                f"--{name} cannot be combined with --protocol holds, whose motions are not a harmonic series"
-            )
+    if holds and options.harmonics is not None:
+        raise ScenarioError(
+            "--harmonics cannot be combined with --protocol holds, whose motions are not a harmonic series"
+        )
     for name, value in USUAL[options.protocol].items():
         if getattr(options, name) is None:
             setattr(options, name, value)
@@ -160,11 +147,8 @@ def excite_command(options: argparse.Namespace) -> Status:
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
     from sim.errors import TrajectoryError
 
-    command = found_by(options)
-    before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
-    setup = setup_without_motion(scenario)
-    design = Design.of(setup)
+    design = Design.of(setup_without_motion(scenario))
     unloaded = np.zeros(design.plant.robot.n, dtype=bool)
     if holds:
         design, unloaded = hold_design(design)
@@ -174,17 +158,11 @@ def excite_command(options: argparse.Namespace) -> Status:
             complain(f"{torque}: holds and slow sweeps do not identify its gain")
     else:
         series = Series.harmonic(design.limits, options.harmonics, options.duration)
-    own = None if holds else _own_motion(setup.scenario, design, options)
-    if options.improve and before is None and own is not None:
-        before = own, 0
-    outcome = searched(design, series, options, before)
-    first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
-    if first is None or found is None:
-        raise interrupt or AssertionError("a search that is not stopped finds a motion")
-    complain(
-        f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f} (logarithms of the gains' predicted "
-        "standard deviations)"
-    )
+    own = _own_motion(scenario, series) if options.improve else None
+    outcome = searched(design, series, options, own)
+    interrupt = outcome.interrupt
+    if interrupt is not None and not outcome.kept:
+        raise interrupt
     try:
         motion = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
@@ -192,59 +170,52 @@ def excite_command(options: argparse.Namespace) -> Status:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
-    asked = own is not None and (options.improve or interrupt is None)
-    if own is not None and asked and design.keeps_limits(own) and design.cost(own) < design.cost(motion):
-        text = (
-            "the scenario's own motion is better: the largest standard deviation of its gains is "
-            f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(motion):.3g} %"
+    if own is not None and design.keeps_limits(own) and design.cost(own) < design.cost(motion):
+        complain(
+            f"the largest standard deviation of a gain is {100.0 * design.worst(own):.3g} % by the scenario's own "
+            f"motion, {100.0 * design.worst(motion):.3g} % by that found, so the scenario's own motion is written"
         )
-        advice = "; try more --evaluations, or --improve, which starts from it"
-        complain(text + ("; no better motion was found, so it is written" if options.improve else advice))
-        motion = own if options.improve else motion
+        motion = own
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
-    stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
     comments = [
-        f"Found by: {command} --out FILE",
-        *[stopped] * (interrupt is not None and found.tried < options.evaluations),
+        f"Found by: {found_by(options)} --out FILE",
+        *[f"Stopped after {outcome.tried} of {options.evaluations} motions."] * (interrupt is not None),
         f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
         f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
     ]
     with claim.writing():
         write_motion(motion, options.out, comments)
     if interrupt is not None:
-        complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
+        complain(
+            f"stopped; the best motion so far is in {options.out}; to continue, state it as the scenario's "
+            "experiment.motion and add --improve"
+        )
         return ending(interrupt)
     result = Searched(
         out=str(options.out),
-        tried=found.tried,
-        cost_of_start=first.cost,
-        cost=found.cost,
+        tried=outcome.tried,
+        cost_of_start=outcome.kept[0].cost,
+        cost=outcome.kept[-1].cost,
         predicted_rel_std=list(map(finite, deviations)),
     )
     predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
     return output.show(result.report(f"{options.out}: {predicted}"), options)
 
 
-def _own_motion(scenario: "Scenario", design: "Design", options: argparse.Namespace) -> "FourierTrajectory | None":
-    """Return the motion of a scenario, None if there is none for this robot; to be improved, it must be searchable."""
+def _own_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
+    """Return the motion of a scenario; raises `ScenarioError` if there is none that the search can start from."""
     from scenarios.experiments.motions import read_motion
 
-    name, robot_joints = scenario.table.experiment.motion, design.plant.robot.n
-    try:
-        motion = read_motion(name, scenario.folder)
-    except ScenarioError:
-        if options.improve:
-            raise
-        return None
+    name = scenario.table.experiment.motion
+    motion = read_motion(name, scenario.folder)
     n, harmonics = motion.sine.shape
-    other = n != robot_joints or harmonics > options.harmonics or motion.duration != options.duration
-    if options.improve and other:
+    if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
         raise ScenarioError(
             f"{scenario.name}: motion {name!r} has {harmonics} harmonics of {n} joints in {motion.duration:g} s; to "
             f"improve it, search with --duration {motion.duration:g} and --harmonics {harmonics} or more, on an arm of "
             f"{n} joints"
         )
-    return motion if n == robot_joints else None
+    return motion
 
 
 def found_by(options: argparse.Namespace) -> str:
@@ -256,19 +227,6 @@ def found_by(options: argparse.Namespace) -> str:
             words += [f"--{name}", f"{getattr(options, name):.12g}"]
     words += ["--improve"] if options.improve else []
     return printable(shlex.join(words))
-
-
-def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | None":
-    """Return the best motion of a stopped search and its number of motions, if a file has one of this command."""
-    from scenarios.experiments.motions import read_motion
-
-    if not path.is_file():
-        return None
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    stopped = next((match for match in map(STOPPED.match, lines) if match), None)
-    if stopped is None or f"# Found by: {command} --out FILE" not in lines:
-        return None
-    return read_motion(path.name, path.parent), int(stopped[1])
 
 
 def payload_arguments(parser: argparse.ArgumentParser) -> None:
@@ -296,7 +254,7 @@ def payload_command(options: argparse.Namespace) -> Status:
     with output.under_way(options, "weights", STEPS) as progress:
         design = design_payload(setup, density=options.density, seed=options.seed, tell=progress.reach)
     if claim is not None:
-        comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.candidates[0].shape)}"
+        comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.after.shape)}"
         with claim.writing():
             write_payload(payload_from_table(design.after.payload), claim.folder / claim.names[0], comment=comment)
     report = design.report(f"Payload for scenario {design.scenario}")

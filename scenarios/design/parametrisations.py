@@ -96,6 +96,11 @@ class Series:
         """Number of joints."""
         return len(self.limits.lower)
 
+    @property
+    def harmonics(self) -> int:
+        """Number of harmonics of a passage."""
+        return self.shapes.shape[2] // 2
+
     def motion(self, x: Array) -> FourierTrajectory:
         """Return the motion of a point, shape (2 n + B n K,)."""
         n, (blocks, count, _) = self.n, self.shapes.shape
@@ -117,7 +122,7 @@ class Series:
         room = self.limits.largest_scale(motion)
         share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
         blocks, count, width = self.shapes.shape
-        series = np.zeros((self.n, 2, width // 2))
+        series = np.zeros((self.n, 2, self.harmonics))
         series[..., : motion.sine.shape[1]] = np.stack((motion.sine, motion.cosine), axis=1)
         weights = series.reshape(self.n, width) @ np.linalg.pinv(self.shapes.reshape(-1, width))
         weights *= np.sqrt(np.mean(self.usual**2) / np.mean(weights**2, axis=1, keepdims=True))

@@ -146,7 +146,6 @@ class DesignedJoint(ResultModel):
     """Effect of a payload on a joint."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
-    wanted: bool = Field(description="Whether the payload is designed to identify its gain")
     payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
     std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
     payload_std: float | None = Field(description="The same from the payload's uncertainty, relative")
@@ -177,14 +176,13 @@ class DesignedWeight(DesignedPayload):
     shape: str = Field(description="Name of the shape")
     dimensions_mm: dict[str, float] = Field(description="Dimensions by name [mm]")
     turned_deg: int = Field(description="Angle about the flange's axis [degrees]")
-    density: float = Field(description="Density of the material [kg/m^3]")
     refusal: str | None = Field(description="Why the payload must not be mounted, null if it may be")
 
     @property
     def sizes(self) -> str:
         """Dimensions and angle, in words."""
         sizes = ", ".join(f"{name} {size:g}" for name, size in self.dimensions_mm.items())
-        return f"{sizes}, turned {self.turned_deg}\u00b0"
+        return f"{sizes}, turned {self.turned_deg}°"
 
 
 class PayloadDesign(ResultModel):
@@ -196,8 +194,14 @@ class PayloadDesign(ResultModel):
     own_is_better: bool = Field(description="Whether the scenario's own payload identifies the worst joint better")
     flange: str | None = Field(description="Frame on which the payload is mounted, null for the last joint's axis")
     before: DesignedPayload = Field(description="The scenario's own payload")
-    after: DesignedPayload = Field(description="The payload to be manufactured")
-    candidates: list[DesignedWeight] = Field(description="The best of each shape: the best first, refused ones last")
+    candidates: list[DesignedWeight] = Field(
+        description="The best of each shape: first the one to be manufactured, refused ones last"
+    )
+
+    @property
+    def after(self) -> DesignedWeight:
+        """The payload to be manufactured."""
+        return self.candidates[0]
 
     def parts(self) -> Iterable[Part]:
         """Return conclusion, accuracy by joint before and after, shapes, limits."""
@@ -207,9 +211,7 @@ class PayloadDesign(ResultModel):
         if self.own_is_better:
             words = f"The scenario's own payload already identifies the worst joint better: {own} % against {new} %"
             yield Paragraph(f"{words}; keep it.", Mood.DOUBTFUL, strong=True)
-        words = (
-            f"The {self.candidates[0].shape} identifies every joint; the worst gain's standard deviation is {made} %."
-        )
+        words = f"The {self.after.shape} identifies every joint; the worst gain's standard deviation is {made} %."
         if missing := [str(each.joint) for each in self.after.joints if not each.shown]:
             words = f"No payload within the limits identifies joint {', '.join(missing)}."
         yield Paragraph(words, Mood.BAD if missing else Mood.GOOD, strong=True)
@@ -324,7 +326,6 @@ class PayloadSearch:
         joints = [
             DesignedJoint(
                 joint=j + 1,
-                wanted=True,
                 payload_torque_rms=float(torque[j]),
                 std=finite(std),
                 payload_std=finite(deviations.payload[j]),
@@ -345,7 +346,6 @@ class PayloadSearch:
             shape=weight.shape,
             dimensions_mm=dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True)),
             turned_deg=90 * weight.quarter,
-            density=weight.density,
             refusal=self.refusal(weight) or None,
         )
 
@@ -381,6 +381,5 @@ def design_payload(
         own_is_better=before.worst <= first.worst,
         flange=payloads.flange.name or None,
         before=before,
-        after=first,
         candidates=candidates,
     )

@@ -5,18 +5,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from bad_files import refused
 from plants import CYLINDER
+from printed import printed
 from robot_folders import robot_folder
+from weighed_cell import with_other
 
 import scenarios.design.search as module
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from scenarios.cli import main
-from scenarios.commands.design import unfinished
 from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
 from scenarios.design.parametrisations import LEGS, Series, hold_design
-from scenarios.design.search import SMALL_STEP, Found, best_fitted, judge_in, random_point, search, starts
+from scenarios.design.search import Found, best_fitted, judge_in, random_point, search, starts
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.prediction.deviations import Carried
@@ -250,85 +252,53 @@ def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch
     assert "of the gains, from noise of the currents [%]: -, " in " ".join(said.out.split())
     assert "excite ur10e --protocol holds --seed 0 --duration 72 --evaluations 1 --out FILE" in out.read_text()
     assert read_motion(out.name, tmp_path).duration == 72.0
-    for more in ("--harmonics=9", "--improve"):
-        assert main([*words, more, "--force"]) == 2
-        assert "cannot be combined with --protocol holds" in capsys.readouterr().err
+    assert main([*words, "--harmonics=9", "--force"]) == 2
+    assert "cannot be combined with --protocol holds" in capsys.readouterr().err
 
 
 SHORT = ["--harmonics", "3", "--duration", "6", "--evaluations", "60", "--seed", "5"]
 
 
-@pytest.fixture
-def stopping(monkeypatch):
-    """Stops a search after so many generations, as Ctrl-C does; it begins with few random motions."""
+def test_a_search_that_is_stopped_leaves_its_best_which_an_improving_search_starts_from(tmp_path, capsys, monkeypatch):
+    def stopped(*given):
+        for k, found in enumerate(search(*given)):
+            if k > 2:
+                raise KeyboardInterrupt
+            yield found
+
+    path = tmp_path / "m.toml"
     monkeypatch.setattr(module, "FIRST", 8)
-
-    def stop_after(generations: int) -> None:
-        def few(*given):
-            for k, found in enumerate(search(*given)):
-                if k > generations:
-                    raise KeyboardInterrupt
-                yield found
-
-        monkeypatch.setattr(module, "search", few)
-
-    return stop_after
-
-
-def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(tmp_path, capsys, stopping, monkeypatch):
-    path = tmp_path / "m.toml"
-    words = ["excite", "nominal", "--out", str(path), *SHORT]
-    stopping(2)
     monkeypatch.setattr(Design, "fitted", lambda self, motion: motion)  # so short a search may not keep its limits yet
-    assert main(words) == 130
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "search", stopped)
+        assert main(["excite", "nominal", "--out", str(path), *SHORT]) == 130
+    assert "in m.toml; to continue" in capsys.readouterr().err.replace(f"{tmp_path}/", "")
     text = path.read_text()
-    assert "repeat the command to continue" in capsys.readouterr().err
-    assert "# Stopped after 30 of 60 motions; repeat the command to continue." in text  # 2 of 4 + 3 ln 48
-    left = read_motion("m.toml", tmp_path)
-    command = "rx90 excite nominal --seed 5 --harmonics 3 --duration 6 --evaluations 60"
-    before = unfinished(path, command)
-    assert before is not None
-    assert before[1] == 30
-    assert unfinished(path, command.replace("seed 5", "seed 3")) is None
-    assert unfinished(tmp_path / "none.toml", command) is None
-    resumed = []
-
-    def rest(first, step, seed, evaluations, judge):
-        resumed.append((first.tried, step, seed, evaluations))
-        return search(first, step, seed, evaluations, judge)
-
-    monkeypatch.setattr(module, "search", rest)
+    assert "# Found by: rx90 excite nominal --seed 5 --harmonics 3 --duration 6 --evaluations 60 --out FILE" in text
+    assert "# Stopped after 30 of 60 motions." in text  # 2 of 4 + 3 ln 48
+    (tmp_path / "cell.toml").write_text('extends = "nominal"\n[experiment]\nmotion = "m.toml"\n')
+    left, out = read_motion("m.toml", tmp_path), str(tmp_path / "better.toml")
+    words = ["excite", str(tmp_path / "cell.toml"), *SHORT, "--improve", "--out", out, "--json"]
     assert main(words) == 0
-    assert resumed == [(30, SMALL_STEP, 5 + 30, 60 - 30)]
-    said = capsys.readouterr().err
-    cost, found = (float(word.rstrip(".")) for word in _costs(said))
-    assert (
-        "the scenario's own motion is better: the largest standard deviation of its gains is 0.362 %, "
-        "that of the motion found " in said
-    )
-    assert "try more --evaluations, or --improve, which starts from it" in said
-    assert found <= cost
-    assert "Stopped" not in path.read_text()
-    assert unfinished(path, command) is None
-    assert read_motion("m.toml", tmp_path).sine.shape == left.sine.shape == (6, 3)
+    design = Design.of(setup_without_motion(load_scenario("nominal")))
+    found, better = printed(capsys, "excite"), read_motion("better.toml", tmp_path)
+    # A joint that uses all of a limit begins 0.1 % less, one that uses little with a quarter.
+    np.testing.assert_allclose(found["cost_of_start"], design.cost(left), rtol=0, atol=0.01)
+    assert found["cost"] <= found["cost_of_start"]
+    assert design.cost(better) <= design.cost(left)
+    assert better.sine.shape == left.sine.shape == (6, 3)
+    assert "Stopped" not in (tmp_path / "better.toml").read_text()
+    assert "--improve --out FILE" in (tmp_path / "better.toml").read_text()
+    for more in (["--harmonics", "2"], ["--duration", "7"]):
+        assert "search with --duration 6 and --harmonics 3 or more" in refused(capsys, with_other(words, *more))
 
 
-IMPROVING = ["--harmonics", "20", "--evaluations", "25", "--improve"]
-
-
-def test_a_search_that_improves_begins_with_the_scenario_s_own_motion(tmp_path, capsys):
-    path = tmp_path / "m.toml"
-    assert main(["excite", "tx40", "--out", str(path), *IMPROVING]) == 0
-    cost, found = (float(word.rstrip(".")) for word in _costs(capsys.readouterr().err))
-    scenario = load_scenario("tx40")
-    design = Design.of(setup_without_motion(scenario))
-    own = setup_of(scenario).experiments[0].trajectory
-    np.testing.assert_allclose(cost, design.cost(own), rtol=0, atol=3e-3)  # what uses all its limit begins 0.1 % less
-    assert found <= cost
-    assert design.cost(read_motion("m.toml", tmp_path)) < cost
-    assert "--improve --out FILE" in path.read_text()
-
-
-def _costs(error: str) -> list[str]:
-    words = next(line for line in error.splitlines() if "cost of the start" in line).replace(",", "").split()
-    return [words[words.index(word) + 1] for word in ("start", "found")]
+def test_a_search_that_improves_writes_the_scenario_s_own_motion_where_it_finds_none_better(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(module, "search", lambda first, *_: iter([first]))
+    monkeypatch.setattr(Series, "point", lambda self, _: self.drawn(np.zeros(6), np.random.default_rng(0)))
+    assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve"]) == 0
+    assert "so the scenario's own motion is written" in capsys.readouterr().err
+    own, written = setup_of(load_scenario("tx40")).experiments[0].trajectory, read_motion("m.toml", tmp_path)
+    np.testing.assert_allclose(written.cosine, own.cosine, rtol=1e-12)  # a start at rest is made anew

@@ -7,19 +7,18 @@
 each followed by the identification of the payload (eq. 25), then a payload of 4.275 kg with the gains of case 2.
 
 The paper does not state the signs of its errors. Case 3 uses the one of sixteen patterns that changes mass, first
-moment and error norm in the same directions as in the paper; `PaperResult.patterns` has the results of the others.
+moment and error norm in the same directions as in the paper.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from itertools import product
+from dataclasses import dataclass, replace
 from operator import itemgetter
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
@@ -30,7 +29,6 @@ from ident.model.parameters import INERTIAL
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
-from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
@@ -42,18 +40,18 @@ from scenarios.results.record import digests_of, read_result, repeated
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from scenarios.support.versions import versions
+from sim.experiment import Experiment
 from sim.record import record
 from sim.sensors import noise_streams
 
-PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
-FILES = (PARAMETERS, ROWS, PAPER)
+ROWS, PAPER = "rows.parquet", "paper.json"
+FILES = (ROWS, PAPER)
 IDENTIFIED = 4
 """Number of joints with identified gains, as in the paper."""
 DRAWN = 2
 """The case of figure 3."""
-GAIN_ERROR = 0.2
-SIGNS = (-1, 1, 1, -1)
-"""Signs of the errors of joints 1 to 4 in case 3."""
+GAIN_ERRORS = (-0.2, 0.2, 0.2, -0.2)
+"""Relative errors of the gains of joints 1 to 4 in case 3."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,14 +112,12 @@ class PaperParameter(_Finite):
     true: float = Field(description="True value of the mounted payload [kg m^2, kg m, kg]")
     estimate: float = Field(description="Estimate [kg m^2, kg m, kg]")
     std: float = Field(description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]")
-    known: bool = Field(description="Whether its value was given to the identification")
     essential: bool = Field(description="Whether its relative standard deviation is under 10 %")
 
 
 class PaperFit(_Finite):
-    """Quality of the fit of a case (table 4)."""
+    """Quality of the fit of a case (table 4), with the rows of each joint weighted by its own residual."""
 
-    method: str = Field(description="`ols` or `wls`: whether each joint's rows are weighted by its own residual")
     rows: int = Field(description="Number of rows of all joints and both motions")
     unknowns: int = Field(description="Number of estimated parameters of arm and payload")
     error_norm: float = Field(description="Norm of the residuals, each in standard deviations of its joint's residuals")
@@ -139,28 +135,10 @@ class PaperPayload(_Finite):
         min_length=len(INERTIAL), max_length=len(INERTIAL), description="Its ten parameters"
     )
     fit: PaperFit = Field(description="Quality of the fit")
-    published: dict[str, object] = Field(description="The values that the paper prints; the gains only with case 2")
 
     def __getitem__(self, name: str) -> PaperParameter:
         """Return the parameter of that name."""
         return self.payload[INERTIAL.index(name)]
-
-
-class _Numbered(_Finite):
-    case: int = Field(ge=1, description="Number of the case")
-
-
-class PaperCase(PaperPayload, _Numbered):
-    """One of the paper's three cases."""
-
-
-class WrongGains(_Finite):
-    """Payload and fit with gain errors of 20 %, relative to case 2."""
-
-    signs: str = Field(description="Signs of the gain errors of joints 1 to 4")
-    M: float = Field(description="Ratio of the estimated masses")
-    MZ: float = Field(description="Ratio of the first moments along the flange's axis")
-    error_norm: float = Field(description="Ratio of the relative error norms")
 
 
 class PaperResult(_Finite):
@@ -169,12 +147,7 @@ class PaperResult(_Finite):
     gains: tuple[PaperGain, ...] = Field(
         description="Drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4"
     )
-    cases: tuple[PaperCase, ...] = Field(min_length=3, max_length=3, description="Cases 1, 2 and 3")
-    patterns: tuple[WrongGains, ...] = Field(
-        min_length=16,
-        max_length=16,
-        description="Effect of each pattern of signs of the gain errors of case 3, relative to case 2",
-    )
+    cases: tuple[PaperPayload, ...] = Field(min_length=3, max_length=3, description="Cases 1, 2 and 3")
     second_payload: PaperPayload = Field(description="The second payload, identified with the gains of case 2")
     checks: tuple[Claim, ...] = Field(description="Claims of the paper")
     passed: bool = Field(description="Whether all claims hold")
@@ -193,10 +166,10 @@ class PaperResult(_Finite):
             yield Paragraph(f"PASSED: all {count} claims hold.", Mood.GOOD, strong=True)
         for each in self.checks:
             yield Paragraph(f"holds: {each.claim}") if each.holds else Paragraph(f"FAILS: {each.claim}", Mood.BAD)
-        pairs, mass = list(zip(self.cases, CASES, strict=True)), self.second_payload["M"]
+        cases, mass = list(enumerate(zip(self.cases, CASES, strict=True), 1)), self.second_payload["M"]
         moments = [
-            (f"case {case.case} {name}", case[name], getattr(printed, name), getattr(printed, f"{name}_2sigma"))
-            for case, printed in pairs
+            (f"case {k} {name}", case[name], getattr(printed, name), getattr(printed, f"{name}_2sigma"))
+            for k, (case, printed) in cases
             for name in ("MZ", "M")
         ]
         yield _beside(
@@ -232,20 +205,11 @@ class PaperResult(_Finite):
             "case {}|{:.2f}|{:.4f}|{:.4f}|{}|{:.2f}|{:.4f}|{:.4f}|{}",
             [
                 (
-                    *(case.case, case.fit.error_norm, case.fit.rel_error_norm, case.fit.sigma),
+                    *(k, case.fit.error_norm, case.fit.rel_error_norm, case.fit.sigma),
                     *(case.fit.rows - case.fit.unknowns, p.error_norm, p.rel_error_norm, p.sigma, ROWS_LESS_UNKNOWNS),
                 )
-                for case, p in pairs
+                for k, (case, p) in cases
             ],
-        )
-        two, three = CASES[1:]
-        theirs = ("paper", three.M / two.M, three.MZ / two.MZ, three.rel_error_norm / two.rel_error_norm)
-        patterns = sorted(self.patterns, key=lambda each: each.error_norm)
-        yield _beside(
-            "Errors of 20 % on the gains of joints 1 to 4, by their signs: ratios to case 2",
-            "Signs|M|MZ|Error norm",
-            "{}|{:.3f}|{:.3f}|{:.3f}",
-            [*((each.signs, each.M, each.MZ, each.error_norm) for each in patterns), theirs],
         )
         yield _beside(
             "The second payload with the gains of case 2 [kg]",
@@ -292,76 +256,65 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     for j, joint in enumerate(gains[:IDENTIFIED]):
         if isinstance(joint, IdentifiedGain):
             found[j], std[j] = joint.value, joint.std
-    systems = [
-        Columns.of([ObservedMotion(unloaded, None), ObservedMotion(motion, payload)])
-        for motion, payload in ((loaded, first), (second, weighed))
-    ]
-
-    def payload(gain: Array, gain_std: Array, system: int = 0) -> PaperEstimate:
-        return payload_as_in_paper(systems[system], gain, gain_std)
-
-    def off(signs: Sequence[int]) -> PaperEstimate:
-        """Return the payload with errors of these signs on the gains of joints 1 to 4."""
-        errors = np.array([*(1.0 + GAIN_ERROR * np.array(signs)), *np.ones(n - IDENTIFIED)])
-        return payload(found * errors, np.zeros(n))
-
-    one, two, three = payload(prior, np.zeros(n)), payload(found, np.zeros(n)), off(SIGNS)
-    again = payload(found, std, 1)
-    true = [standard_parameters(b.mass, b.com, b.inertia) for b in (heavy.plant.payload, light.plant.payload)]
-    cases = [
-        _payload(case, true[0], {**asdict(printed), "gains": list(GAINS) if case is two else None})
-        for case, printed in zip((one, two, three), CASES, strict=True)
-    ]
-    result = PaperResult(
-        gains=tuple(
-            PaperGain(
-                joint=joint,
-                true=injected,
-                estimate=getattr(each, "value", None),
-                std=getattr(each, "residual_std", None),
-                identifiable=isinstance(each, IdentifiedGain),
-                reason=getattr(each, "reason", None),
-            )
-            for joint, (each, injected) in enumerate(zip(gains, setup.true_gain.tolist(), strict=True), 1)
-        ),
-        cases=tuple(PaperCase(case=k, **dict(each)) for k, each in enumerate(cases, 1)),
-        patterns=tuple(_wrong_gains(signs, off(signs), two) for signs in product((1, -1), repeat=IDENTIFIED)),
-        second_payload=_payload(again, true[1], {"M": SECOND_MASS, "M_2sigma": SECOND_MASS_2SIGMA}),
-        checks=(),
-        passed=False,
+    none, off = np.zeros(n), 1.0 + np.array([*GAIN_ERRORS, *np.zeros(n - IDENTIFIED)])
+    systems = {
+        mounted.name: Columns.of([ObservedMotion(unloaded, None), ObservedMotion(motion, payload)])
+        for mounted, motion, payload in ((heavy, loaded, first), (light, second, weighed))
+    }
+    given = {
+        "case 1": (heavy, prior, none),
+        "case 2": (heavy, found, none),
+        "case 3": (heavy, off * found, none),
+        "second payload": (light, found, std),
+    }
+    estimates = {
+        name: payload_as_in_paper(systems[mounted.name], gain, gain_std)
+        for name, (mounted, gain, gain_std) in given.items()
+    }
+    *cases, again = (_payload(estimates[name], mounted) for name, (mounted, *_) in given.items())
+    shown = tuple(
+        PaperGain(
+            joint=joint,
+            true=injected,
+            estimate=getattr(each, "value", None),
+            std=getattr(each, "residual_std", None),
+            identifiable=isinstance(each, IdentifiedGain),
+            reason=getattr(each, "reason", None),
+        )
+        for joint, (each, injected) in enumerate(zip(gains, setup.true_gain.tolist(), strict=True), 1)
     )
-    checks = checks_of(result)
-    result = result.model_copy(update={"checks": checks, "passed": all(check.holds for check in checks)})
-    estimates = {"case 1": one, "case 2": two, "case 3": three, "second payload": again}
+    checks = checks_of(shown, cases, again)
+    result = PaperResult(
+        gains=shown,
+        cases=tuple(cases),
+        second_payload=again,
+        checks=checks,
+        passed=all(check.holds for check in checks),
+    )
     return PaperRun(seed=seed, estimates=estimates, result=result)
 
 
-def _wrong_gains(signs: Sequence[int], wrong: PaperEstimate, right: PaperEstimate) -> WrongGains:
-    return WrongGains(
-        signs=" ".join("-+"[sign > 0] for sign in signs),
-        M=wrong["M"].value / right["M"].value,
-        MZ=wrong["MZ"].value / right["MZ"].value,
-        error_norm=wrong.rel_error_norm / right.rel_error_norm,
-    )
-
-
-def _payload(case: PaperEstimate, true: Array, published: dict[str, object]) -> PaperPayload:
+def _payload(case: PaperEstimate, experiment: Experiment) -> PaperPayload:
+    body = experiment.plant.payload
+    true = standard_parameters(body.mass, body.com, body.inertia).tolist()
     payload = tuple(
-        PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=False, essential=essential)
-        for p, essential, value in zip(case.parameters, case.essential, true.tolist(), strict=True)
+        PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, essential=essential)
+        for p, essential, value in zip(case.parameters, case.essential, true, strict=True)
     )
     names = ("unknowns", "error_norm", "rel_error_norm", "sigma")
-    fit = PaperFit(method="wls", rows=len(case.system.V), **{name: getattr(case, name) for name in names})
-    return PaperPayload(gains=tuple(case.gain.tolist()), payload=payload, fit=fit, published=published)
+    fit = PaperFit(rows=len(case.system.V), **{name: getattr(case, name) for name in names})
+    return PaperPayload(gains=tuple(case.gain.tolist()), payload=payload, fit=fit)
 
 
-def checks_of(found: PaperResult) -> tuple[Claim, ...]:
+def checks_of(
+    gains: Sequence[PaperGain], cases: Sequence[PaperPayload], second_payload: PaperPayload
+) -> tuple[Claim, ...]:
     """Return the claims of the paper."""
-    one, two, three = found.cases
-    mass, second = two["M"], found.second_payload["M"]
+    one, two, three = cases
+    mass, second = two["M"], second_payload["M"]
     inside = [
         gain.estimate is not None and abs(gain.estimate - gain.true) < bound
-        for gain, bound in zip(found.gains, GAINS_2SIGMA, strict=False)
+        for gain, bound in zip(gains, GAINS_2SIGMA, strict=False)
     ]
     norm = three.fit.rel_error_norm / two.fit.rel_error_norm
     rows = (two.fit.rows - two.fit.unknowns) / ROWS_LESS_UNKNOWNS
@@ -375,7 +328,7 @@ def checks_of(found: PaperResult) -> tuple[Claim, ...]:
         "case 3 estimates a smaller MZ than case 2 (paper: 0.928 times)": three["MZ"].estimate / two["MZ"].estimate < 1,
         "case 3 has an error norm larger by 5 % or more than case 2 (paper: 12.8 %)": norm >= 1.05,
         "the identified gains agree with table 3 within the paper's 2 sigma": all(inside),
-        "joint 6 is refused": not found.gains[5].identifiable,
+        "joint 6 is refused": not gains[5].identifiable,
         "the relative error norm of case 2 is the paper's 7.45 %, within 1 %": (
             abs(two.fit.rel_error_norm - CASES[1].rel_error_norm) < 0.01
         ),
@@ -395,18 +348,12 @@ class SavedPaper(BaseModel):
     seed: int
     command: str
     versions: dict[str, str]
-    files: dict[str, str] = {}
-    result: dict[str, JsonValue]
+    files: dict[str, str]
+    result: PaperResult
 
 
 def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
-    """Write `FILES`: payload parameters; torques [N m] of all cases by time [s], as in figure 3; the result."""
-    names = ("name", "value", "std", "residual_std", "gain_std")
-    parameters = [
-        {"case": case, **{name: getattr(each, name) for name in names}, "known": False, "essential": essential}
-        for case, estimate in run.estimates.items()
-        for each, essential in zip(estimate.parameters, estimate.essential, strict=True)
-    ]
+    """Write `FILES`: torques [N m] of all cases by time [s], as in figure 3; the result."""
     rows = [
         pd.DataFrame(
             {
@@ -420,14 +367,13 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
         )
         for name, case in run.estimates.items()
     ]
-    pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
     pd.concat(rows).to_parquet(folder / ROWS, index=False)
     saved = SavedPaper(
         seed=run.seed,
         command=command,
         versions=versions(),
-        files=digests_of(folder, [PARAMETERS, ROWS]),
-        result=run.result.model_dump(mode="json"),
+        files=digests_of(folder, [ROWS]),
+        result=run.result,
     )
     (folder / PAPER).write_text(to_json(saved.model_dump(mode="json")) + "\n", encoding="utf-8")
 
@@ -438,14 +384,7 @@ def page(folder: Path) -> Report:
     Raises `ScenarioError` if its document is damaged, or of another version; if the rows of figure 3 are missing,
     or others than were written with it.
     """
-    path, rows = folder / PAPER, folder / ROWS
-    saved = read_result(folder, SavedPaper, PAPER)
-    try:
-        found = PaperResult.model_validate(saved.result)
-    except ValidationError as error:
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        again = f"write it again: {one_line(saved.command)} --force"
-        raise ScenarioError(f"{one_line(path)}: its result lacks data for the page: {first}; {again}") from error
+    rows, saved = folder / ROWS, read_result(folder, SavedPaper, PAPER)
     try:
         same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
         torques = pd.read_parquet(rows).query(f"case == 'case {DRAWN}'") if same else None
@@ -462,4 +401,4 @@ def page(folder: Path) -> Report:
         more.append(torque_plot(joint, "N m", t + end * motion, measured, measured - reconstructed, motion, starts))
     facts = {"Seed": str(saved.seed)}
     more += repeated({"Original command": saved.command}, facts, saved.versions, saved.files)
-    return found.report(found.title(saved.seed), *more)
+    return saved.result.report(saved.result.title(saved.seed), *more)

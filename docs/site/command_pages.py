@@ -10,9 +10,9 @@ from scenarios.commands import GROUPS, command
 HEAD = """# Commands
 
 `rx90 COMMAND --help` says the same. Results are printed as text that fits the terminal, in colours unless NO_COLOR is
-set; `--format` chooses Markdown, an HTML page or one JSON object (`--json`). Progress, which `--quiet` omits, and
-errors go to standard error. A file is overwritten only if the same command wrote it and it has not been changed since,
-or with `--force`.
+set; `--format` chooses Markdown, an HTML page or one JSON object (`--json`). Errors go to standard error, and, if that
+is a terminal, progress, which `--quiet` omits. A file is overwritten only if the same command wrote it and it has not
+been changed since, or with `--force`.
 
 """
 STATUSES = """## Exit statuses

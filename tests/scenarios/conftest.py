@@ -12,18 +12,10 @@ from protocols import protocol_setup
 from quick import BRIEF, RANDOM, quick_scenario
 from undiagnosed import undiagnosed
 
-import scenarios.support.progress as progress
 from ident.recordings.files import write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.run import Run, run
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _no_sign_of_life_within_a_test() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(progress, "FIRST_LINE", 600.0)  # one line is expected, on slow machines too
-        yield
 
 
 @pytest.fixture(scope="session")

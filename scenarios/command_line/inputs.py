@@ -277,23 +277,13 @@ def _field_help(kind: "type[Options]", field: "Field[object]") -> str:
     return text
 
 
-def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare options that replace those of the gains file; of filters, only the delay of currents has its own."""
+def add_delay_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the delay of currents, in place of that of the gains file."""
     from ident.observation.observation import ObserveOptions
 
-    for name, what in (("--option", "of nls"), ("--observe", "of filtering and decimation")):
-        text = f"an option {what} that replaces the one used for the gains; repeatable"
-        parser.add_argument(name, action="append", default=[], metavar="KEY=VALUE", help=text)
     (delay,) = (each for each in fields(ObserveOptions) if MEASURED in each.metadata)
     text = f"{_field_help(ObserveOptions, delay)} (default: as in the gains file)"
     parser.add_argument("--current-delay", type=arguments.number_or_auto, metavar="X", help=text)
-
-
-def observe_words(options: argparse.Namespace) -> list[str]:
-    """Return options of filters and decimation as words `KEY=VALUE`, without a delay to be estimated."""
-    delay = options.current_delay
-    words = [] if delay is None else [f"current_delay={0.0 if delay == arguments.AUTO else delay}"]
-    return [*options.observe, *words]
 
 
 def chosen(kind: "type[Options]", options: argparse.Namespace) -> "Options":

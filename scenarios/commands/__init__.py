@@ -25,7 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "check": "detect faults of recordings or of the model",
     },
     "identify": {"identify": "identify the gains of a robot from recordings"},
-    "validate": {"verify": "test gains with a known payload, cross-validate, or compare"},
+    "validate": {"verify": "test gains with a known payload, or compare two sets"},
     "use": {
         "payload-of": "estimate an unknown payload from currents and gains",
         "torque": "estimate joint torques from currents and gains",

@@ -24,61 +24,33 @@ def verify_arguments(parser: argparse.ArgumentParser) -> None:
     text = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
     parser.add_argument("files", type=arguments.gains_file, nargs="*", metavar="GAINS", help=text)
     inputs.add_model_arguments(parser, needed=False)
-    text = "gains to test with the payload's known mass; without them, cross-validation"
-    inputs.add_gains_argument(parser, needed=False, text=text)
+    inputs.add_gains_argument(parser, needed=False, text="gains to test with the payload's known mass")
     inputs.add_motion_arguments(parser)
     text = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
-    text = (
-        "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "
-        "predict it better than the gains of --compare-with."
-    )
+    text = "Predicted with the gains of --gains; with --compare-with, status 1 unless these predict it better."
     inputs.add_unseen_arguments(parser, text)
     inputs.add_log_arguments(parser)
-    inputs.add_overlay_arguments(parser)
+    inputs.add_delay_argument(parser)
     output.add_form_arguments(parser)
 
 
 def verify_command(options: argparse.Namespace) -> Status:
-    """Estimate a known mass with the gains, or cross-validate, or compare two files; status 1 if something differs."""
+    """Estimate a known mass with the gains, or compare two files; status 1 if something differs."""
     if options.files:
         return _compared(options)
-    if options.model is None:
-        raise ScenarioError("--model: give the robot of the recordings, or two files of gains to compare")
+    for name, what in (("model", "the robot of the recordings"), ("gains", "the gains to test")):
+        if getattr(options, name) is None:
+            raise ScenarioError(f"--{name}: give {what}, or two files of gains to compare")
     if options.compare_with is not None and options.unseen is None:
         raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
-    mounted = inputs.mountings(options.given)
-    return _cross_validated(options, mounted) if options.gains is None else _weighed(options, mounted)
-
-
-def _compared(options: argparse.Namespace) -> Status:
-    """Compare two files of gains."""
-    from ident.estimation.gain_comparison import compared
-    from scenarios.gains_in_use.validation import GainComparison
-    from scenarios.results.gains_file import check_units, read_gains
-
-    if len(options.files) != 2:
-        raise ScenarioError(f"{options.files[0]}: expected two files of gains, or --gains G with recordings")
-    for name in ("gains", "model", "given", "unseen", "option", "observe", "current_delay", "columns"):
-        if getattr(options, name):
-            option = "--unloaded and --loaded" if name == "given" else f"--{name.replace('_', '-')}"
-            raise ScenarioError(f"{option}: for recordings; two files of gains are compared without them")
-    A, B = map(read_gains, options.files)
-    one, other = A.known, B.known
-    found = compared(one, other.at_currents_of(one.curves))
-    check_units(A, B)
-    report = GainComparison.of(found, A, B).report("Gains A against B")
-    return output.show(report, options, passed=not found.moved)
-
-
-def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) -> Status:
-    """Test gains with a payload of known mass, and predict the motion of --unseen."""
     from ident.payload.payload import read_payload
     from ident.unseen import predict_with
     from scenarios.gains_in_use.known_gains import check_unseen
     from scenarios.gains_in_use.weighing import Verification
     from scenarios.results.gains_file import read_gains
 
+    mounted = inputs.mountings(options.given)
     loaded = [each for each in mounted if each.payload is not None]
     if len(loaded) != 1 or loaded[0].payload is None:
         raise ScenarioError(f"{len(loaded)} payloads are given; a verification needs exactly one, and a bare motion")
@@ -98,6 +70,26 @@ def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) ->
     return output.show(result.report("Gains verified with the weighed mass"), options, passed=result.passed)
 
 
+def _compared(options: argparse.Namespace) -> Status:
+    """Compare two files of gains."""
+    from ident.estimation.gain_comparison import compared
+    from scenarios.gains_in_use.gain_comparison import GainComparison
+    from scenarios.results.gains_file import check_units, read_gains
+
+    if len(options.files) != 2:
+        raise ScenarioError(f"{options.files[0]}: expected two files of gains, or --gains G with recordings")
+    for name in ("gains", "model", "given", "unseen", "current_delay", "columns"):
+        if getattr(options, name):
+            option = "--unloaded and --loaded" if name == "given" else f"--{name.replace('_', '-')}"
+            raise ScenarioError(f"{option}: for recordings; two files of gains are compared without them")
+    A, B = map(read_gains, options.files)
+    one, other = A.known, B.known
+    found = compared(one, other.at_currents_of(one.curves))
+    check_units(A, B)
+    report = GainComparison.of(found, A, B).report("Gains A against B")
+    return output.show(report, options, passed=not found.moved)
+
+
 def _payload_of(
     options: argparse.Namespace,
     file: "GainsFile",
@@ -111,35 +103,8 @@ def _payload_of(
     structure = inputs.robot_of(options, options.model).structure
     description = inputs.log_description(options, structure.arm.joint_names)
     bare, heavy = (inputs.read_unrepaired(each, description) for each in (unloaded, loaded))
-    filters, model = inputs.observe_words(options), options.option
-    return weighing(
-        structure, bare, heavy, file, weighed=weighed, filters=filters, model=model, policy=inputs.policy_of(options)
-    )
-
-
-def _cross_validated(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) -> Status:
-    """Identify gains, and predict each time block of the motions from the others, and the motion of --unseen."""
-    from ident.estimation.cross_validation import cross_validated
-    from ident.estimation.estimators.nls import AllJointsOptions
-    from ident.identification import identify
-    from ident.observation.observation import ObserveOptions
-    from ident.support.options import options_from_words
-    from ident.unseen import predict_unseen
-    from scenarios.gains_in_use.validation import CrossValidation
-
-    own = options_from_words(AllJointsOptions, options.option)
-    observing = options_from_words(ObserveOptions, inputs.observe_words(options))
-    with output.under_way(options, "identifying") as stages:
-        robot, motions, log = inputs.given_motions(options, mounted)
-        structure = robot.structure
-        identified = identify(structure, motions, options=own, observing=observing, policy=inputs.policy_of(options))
-        stages.begin("predicting")
-        found = cross_validated(identified.estimate)
-        other = None if options.compare_with is None else inputs.known_gains(options.compare_with, structure.arm)
-        unseen = None if log is None else predict_unseen(identified, log, other=other)
-    result = CrossValidation.of(identified, found, unseen)
-    report = result.report(f"Motions predicted from each other, by {result.method}")
-    return output.show(report, options, passed=unseen is None or unseen.passed)
+    delay = options.current_delay if isinstance(options.current_delay, float) else None
+    return weighing(structure, bare, heavy, file, weighed=weighed, delay=delay, policy=inputs.policy_of(options))
 
 
 def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
@@ -150,7 +115,7 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_gains_argument(parser, needed=True)
     inputs.add_model_arguments(parser)
     inputs.add_log_arguments(parser)
-    inputs.add_overlay_arguments(parser)
+    inputs.add_delay_argument(parser)
     output.add_form_arguments(parser)
 
 

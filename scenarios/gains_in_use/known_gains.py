@@ -1,7 +1,7 @@
 """Estimates with given gains: payloads, the arm from bare motions, torques; recordings that suit a file of gains."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -28,7 +28,7 @@ from ident.preparation import Policy, Prepared, prepare, raise_for
 from ident.recordings.recording import Motion, Recording, has_marks
 from ident.support.errors import IdentificationError, OptionError, RobotModelError
 from ident.support.naming import one_line
-from ident.support.options import options_from_table, table_from_words
+from ident.support.options import options_from_table
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
 from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
 from scenarios.rendering.result import ResultModel
@@ -69,25 +69,24 @@ def weighing(
     file: GainsFile,
     *,
     weighed: Payload | None,
-    filters: Sequence[str],
-    model: Sequence[str],
+    delay: float | None,
     policy: Policy,
 ) -> Weighing:
     """Estimate a payload with the gains of a file and the options that they were identified with.
 
-    `unloaded` are bare motions, `loaded` those of one mounting, `weighed` is None if its mass is not known; words
-    `KEY=VALUE` of `filters` and `model` replace options of the file. Recordings are diagnosed with the gains that they
-    give, not with those of the file.
+    `unloaded` are bare motions, `loaded` those of one mounting, `weighed` is None if its mass is not known; `delay` of
+    the currents replaces that of the file. Recordings are diagnosed with the gains that they give, not with those of
+    the file.
 
     Raises:
         IdentificationError: If recordings are not of this arm or have a fault; if the payload is not identifiable.
         ScenarioError: If the options of the file are not valid; if a recording was used otherwise for the gains.
-        OptionError: If a word is not valid.
     """
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)
-    observing = options_of(ObserveOptions, file.options.observe, filters)
-    limits, options = options_of(GainOptions, file.options.gains), model_options(file, model)
+    stated = file.options.observe if delay is None else {**file.options.observe, "current_delay": delay}
+    observing, limits = options_of(ObserveOptions, stated), options_of(GainOptions, file.options.gains)
+    options = model_options(file)
     motions = [Motion(each) for each in unloaded] + [Motion(each, weighed or UNKNOWN) for each in loaded]
 
     def ready(motions: Sequence[Motion]) -> Prepared:
@@ -189,20 +188,19 @@ def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
     return Links.of(found, nominal, robot.structure.arm)
 
 
-def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
-    """Return the model options of a gains file, modified by words `KEY=VALUE`; `PLAIN` for methods other than nls."""
-    listed = file.options.method if file.method in (None, nls.NAME) else asdict(PLAIN)
-    stated = {name: value for name, value in listed.items() if name not in GIVEN}
-    return options_of(AllJointsOptions, stated, words)
+def model_options(file: GainsFile) -> AllJointsOptions:
+    """Return the model options of a gains file; `PLAIN` for methods other than nls."""
+    if file.method not in (None, nls.NAME):
+        return PLAIN
+    return options_of(AllJointsOptions, {name: x for name, x in file.options.method.items() if name not in GIVEN})
 
 
-def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str] = ()) -> Options:
-    """Return options of a gains file, modified by words `KEY=VALUE`."""
+def options_of(kind: type[Options], stated: Mapping[str, JsonValue]) -> Options:
+    """Return options of a gains file."""
     try:
-        options_from_table(kind, stated)
+        return options_from_table(kind, stated)
     except OptionError as error:
         raise ScenarioError(f"gains file: options: {error}") from error
-    return options_from_table(kind, {**stated, **table_from_words(kind, words)})
 
 
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:

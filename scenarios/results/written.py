@@ -1,4 +1,4 @@
-"""Results on files: a converted log, a picture, the built-in scenarios."""
+"""Results on files: a converted log, the built-in scenarios."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -9,12 +9,6 @@ from ident.recordings.description import Channels
 from ident.recordings.files import Log
 from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
-
-
-class Written(ResultModel):
-    """What `rx90 view --render FILE --json` prints."""
-
-    out: str = Field(description="The file that was written")
 
 
 class ConvertedChannel(ResultModel):

@@ -98,7 +98,7 @@ def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
 def test_options_of_laws_are_none_of_commands_with_given_gains(cell):
     file = read_gains(cell / "curve.toml")
     assert file.options.method["gain_laws"] is True
-    assert model_options(file, ["friction=cbrt"]).friction == "cbrt"  # with which laws are refused
+    assert not model_options(file).gain_laws
 
 
 def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):

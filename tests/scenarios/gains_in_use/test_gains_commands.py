@@ -148,7 +148,7 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
 def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(weighed_cell, patching, capsys):
     file = read_gains(weighed_cell / "gains.toml").model_dump(mode="json", exclude_none=True)
     (weighed_cell / "stranger.json").write_text(json.dumps(file | {"robot": "ur10e"}))
-    run, stranger = weighed_cell / "run", str(weighed_cell / "stranger.json")
+    run, own, stranger = weighed_cell / "run", *(str(weighed_cell / x) for x in ("gains.toml", "stranger.json"))
     of_robot = "gains: of robot ur10e, but the model is of rx90; if both are one arm, write robot = 'rx90'"
     bare = ["--model", MODEL, "--unloaded", str(run / "unloaded.parquet")]
     weighed = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
@@ -160,10 +160,7 @@ def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(wei
         (["identify", *bare, "--gains", stranger], of_robot),
         ([*identified(weighed_cell), *PLAIN, "--compare-with", stranger], of_robot),
         ([*identified(weighed_cell), *PLAIN, "--compare-with", "1,1,-1.1,1,1,1"], turned),
-        (
-            ["verify", *identified(weighed_cell)[1:], *PLAIN, *light(weighed_cell), "--compare-with", "1,1,-1.1,1,1,1"],
-            turned,
-        ),
+        (["verify", *bare, *weighed, "--gains", own, *light(weighed_cell), "--compare-with", "1,1,-1.1,1,1,1"], turned),
     ):
         assert message in refused(capsys, words)
 
@@ -172,6 +169,8 @@ def test_two_files_are_compared_without_options_of_recordings(tmp_path, capsys, 
     monkeypatch.chdir(tmp_path)
     for name in ("a.toml", "b.toml"):
         (tmp_path / name).write_text("")
-    for option in (["--gains", "a.toml"], ["--model", "rx90"], ["--option", "loss=student"]):
+    for option in (["--gains", "a.toml"], ["--model", "rx90"], ["--current-delay", "auto"]):
         assert f"{option[0]}: for recordings" in refused(capsys, ["verify", "a.toml", "b.toml", *option])
     assert "a.toml: expected two files of gains" in refused(capsys, ["verify", "a.toml"])
+    for given, lacking in ((["--model", "rx90"], "--gains"), (["--gains", "a.toml"], "--model")):
+        assert f"{lacking}: give " in refused(capsys, ["verify", *given])

@@ -110,8 +110,8 @@ def weighed(axes: Structure, seen: Seen, payload: Payload | None) -> Weighing:
         {"joint": j, "name": name, "estimate": gain, "std": 0.003 * abs(gain)}
         for j, (name, gain) in enumerate(zip(axes.arm.joint_names, seen.gain, strict=True), 1)
     ]
-    file, none = GainsFile.model_validate({"gains": gains}), {"filters": [], "model": []}
-    return weighing(axes, [seen.bare], [seen.loaded], file, weighed=payload, policy=DOUBTED, **none)
+    file = GainsFile.model_validate({"gains": gains})
+    return weighing(axes, [seen.bare], [seen.loaded], file, weighed=payload, delay=None, policy=DOUBTED)
 
 
 def blamed(found: Weighing) -> list[int]:

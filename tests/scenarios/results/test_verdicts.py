@@ -15,7 +15,6 @@ from ident.estimation.terms import SHARES
 from ident.unseen import Unseen, UnseenJoint
 from scenarios.experiments.schema import InertiaTable
 from scenarios.gains_in_use.known_gains import Torques
-from scenarios.gains_in_use.validation import PredictedJoint
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity, Verification
 from scenarios.rendering.content import Cell, Mood
 from scenarios.results.bare import TERMS, Link, Links
@@ -133,12 +132,6 @@ def test_a_weight_is_suspect_where_joints_agree_and_a_joint_where_it_departs_fro
         verdict, *_ = Verification.of(weighing(*errors, **more), Diagnosed()).report("").parts
         assert said in verdict.text
         assert ("joint 4" in verdict.text) == (-0.14 in errors)
-
-
-def test_changes_of_a_gain_are_summed_up_by_their_rms_and_the_largest():
-    for changes, rms, most in (([0.03, -0.12, 0.0, 0.04], 0.065, 0.12), ([], 0.0, 0.0)):
-        joint = PredictedJoint(joint=3, name="c", predicted_rel_error=0.02, fitted_rel_error=0.01, gain_changes=changes)
-        assert (joint.rms_change, joint.largest_change) == (pytest.approx(rms, rel=1e-12), most)
 
 
 def test_each_joint_has_a_verdict_and_one_without_a_mass_is_inconclusive():

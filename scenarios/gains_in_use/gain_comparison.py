@@ -1,6 +1,6 @@
-"""Results of `rx90 verify` without a payload: two files of gains compared, and motions predicted from each other."""
+"""The result of `rx90 verify` of two files of gains."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -8,13 +8,8 @@ from pydantic import Field
 
 import ident.estimation.gain_comparison as gain_comparison
 from ident.diagnosis.diagnosis import two_digits
-from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_comparison import Moved, Together
-from ident.identification import Identification
-from ident.unseen import Unseen
-from scenarios.gains_in_use.weighing import UNSEEN
 from scenarios.rendering.content import (
-    NONE,
     Cell,
     Mood,
     Paragraph,
@@ -27,13 +22,6 @@ from scenarios.rendering.content import (
     two_sigma,
 )
 from scenarios.rendering.result import FromOne, ResultModel
-from scenarios.results.diagnoses import (
-    DiagnosedResult,
-    diagnosed_values,
-    doubt_paragraphs,
-    unseen_parts,
-    unseen_verdict,
-)
 from scenarios.results.gains import common_unit
 from scenarios.results.gains_file import GainsFile
 
@@ -182,79 +170,3 @@ def _verdict(each: Moved) -> Cell:
     if each.turned:
         return Cell("TURNED", Mood.BAD)
     return Cell("MOVED", Mood.BAD) if each.moved else Cell("same", Mood.GOOD)
-
-
-class PredictedJoint(ResultModel):
-    """Cross-validation of a joint's currents; errors are norms relative to that of the currents."""
-
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    name: str = Field(description="Name of the joint in the robot's model")
-    predicted_rel_error: float = Field(description="Relative error, each part of the motions predicted from the others")
-    fitted_rel_error: float = Field(description="Relative residual of a fit of all parts")
-    gain_changes: list[float] = Field(description="Relative change without each part; empty if the joint is refused")
-
-    @property
-    def rms_change(self) -> float:
-        """Root mean square of the relative changes of the gain, 0 without any."""
-        return float(np.linalg.norm(self.gain_changes)) / max(len(self.gain_changes), 1) ** 0.5
-
-    @property
-    def largest_change(self) -> float:
-        """Largest relative change of the gain, 0 without any."""
-        return max(map(abs, self.gain_changes), default=0.0)
-
-
-class CrossValidation(DiagnosedResult):
-    """What `rx90 verify --json` prints without gains."""
-
-    method: str = Field(description="Name of the estimator")
-    joints: list[PredictedJoint] = Field(description="Joints with rows")
-    unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
-
-    @classmethod
-    def of(
-        cls, identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
-    ) -> "CrossValidation":
-        """Return the result of a cross-validation."""
-        return cls(
-            method=identified.estimate.method,
-            joints=[
-                PredictedJoint(
-                    joint=each.joint + 1,
-                    name=identified.joints[each.joint].joint,
-                    predicted_rel_error=each.share,
-                    fitted_rel_error=each.fitted,
-                    gain_changes=each.gain_change.tolist(),
-                )
-                for each in found
-            ],
-            unseen=unseen,
-            **diagnosed_values(identified.found),
-        )
-
-    def parts(self) -> Iterable[Part]:
-        """Prediction errors and changes of gains."""
-        errors = [each.predicted_rel_error for each in self.joints]
-        text = f"Currents of time blocks left out are predicted within {percent(min(errors), '.2f')} to "
-        text += f"{percent(max(errors), '.2f')} % of rms"
-        moved = max(self.joints, key=lambda each: each.largest_change)
-        if moved.gain_changes:
-            text += f"; no gain changes by more than {percent(moved.largest_change, '.2f')} % (joint {moved.joint})"
-        yield Paragraph(f"{text}.", strong=True)
-        yield from unseen_verdict(self.unseen)
-        yield table(
-            self.joints,
-            column("Joint", lambda each: each.joint),
-            column("Name", lambda each: each.name, words=True),
-            column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
-            column("Fit residual [% of rms]", lambda each: percent(each.fitted_rel_error, ".2f")),
-            column("Gain change [% rms]", lambda each: percent(each.rms_change, ".2f") if each.gain_changes else NONE),
-            column("At most [%]", lambda each: percent(each.largest_change, ".2f") if each.gain_changes else NONE),
-        )
-        yield Paragraph(
-            f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict the "
-            "currents of the block left out. An error common to all blocks, such as a wrong mass or model, is not "
-            "detected; to detect it, record a motion with another payload: --gains G.toml --loaded B --payload P.toml."
-        )
-        yield from unseen_parts(self.unseen)
-        yield from doubt_paragraphs(self.found)

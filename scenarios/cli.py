@@ -97,9 +97,10 @@ def _carried_out(words: list[str]) -> Status:
     if name is not None and name not in COMMANDS:
         known = f"; known: {', '.join(COMMANDS)}"
         parser.error(f"no command {arguments.quoted(name)}{nearest(name, COMMANDS) or known}")
-    unreadable = next((word for word in words if not arguments.is_text(word)), None)
-    if unreadable is not None:
-        parser.error(f"{arguments.escaped(unreadable)}: the name is not UTF-8; rename the file or folder")
+    for word in words:  # records, log formats and MuJoCo support no other names of files
+        if any("\ud800" <= c <= "\udfff" for c in word):
+            escaped = os.fsencode(word).decode("utf-8", "backslashreplace")
+            parser.error(f"{escaped}: the name is not UTF-8; rename the file or folder")
     options = parser.parse_args(words)
     if options.version or options.print_completion:
         write(_completion(options.print_completion) if options.print_completion else _versions())

@@ -2,8 +2,8 @@
 
 import argparse
 import math
-import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -15,16 +15,6 @@ LONGEST = 40
 AUTO = "auto"
 """Word in place of a number that is to be estimated."""
 GAINS_ENDINGS = (".json", ".toml")
-
-
-def is_text(word: str) -> bool:
-    """Return whether an argument is UTF-8; records, log formats and MuJoCo support no other file names."""
-    return not any("\ud800" <= c <= "\udfff" for c in word)
-
-
-def escaped(word: str) -> str:
-    """Return an argument; bytes that are not UTF-8 are escaped as in Python."""
-    return os.fsencode(word).decode("utf-8", "backslashreplace")
 
 
 def quoted(text: str) -> str:
@@ -115,18 +105,8 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
-def gains_file(text: str) -> Path:
-    """A file of gains, whose ending determines the format."""
-    return ending(text, GAINS_ENDINGS)
-
-
-def parquet_file(text: str) -> Path:
-    """A Parquet file to write; readers infer the format from the ending."""
-    return ending(text, (".parquet",))
-
-
-def ending(text: str, known: Sequence[str]) -> Path:
-    """A file whose name has one of the endings."""
+def gains_file(text: str, known: Sequence[str] = GAINS_ENDINGS) -> Path:
+    """A file whose name has one of the endings, those of a file of gains; they determine the format."""
     path = file(text)
     if path.suffix.lower() not in known:
         raise argparse.ArgumentTypeError(f"{quoted(text)}: expected a file name that ends with {' or '.join(known)}")
@@ -143,5 +123,6 @@ def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{error}, or numbers such as 12,12,10") from None
 
 
-FILES = (file, gains_file)
+parquet_file = partial(gains_file, known=(".parquet",))
+FILES = (file, gains_file, parquet_file)
 """Types that a shell completes with files."""

@@ -11,7 +11,7 @@ import os
 import shutil
 import sys
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -56,15 +56,10 @@ def form(options: argparse.Namespace) -> str:
 
 
 def page() -> Page:
-    """Return the width of the terminal or of COLUMNS; 80 characters for a pipe or file."""
-    return Page(width=shutil.get_terminal_size().columns, colour=coloured(terminal=sys.stdout.isatty()))
-
-
-def coloured(*, terminal: bool) -> bool:
-    """Return whether to use colours: on a terminal with colours unless NO_COLOR is set; elsewhere if FORCE_COLOR is."""
-    if os.environ.get("NO_COLOR"):
-        return False
-    return bool(os.environ.get("FORCE_COLOR")) or (terminal and os.environ.get("TERM") not in NO_CURSOR)
+    """Return the width of the terminal or COLUMNS, 80 for a pipe, and colours by TERM, NO_COLOR and FORCE_COLOR."""
+    terminal = sys.stdout.isatty() and os.environ.get("TERM") not in NO_CURSOR
+    colour = not os.environ.get("NO_COLOR") and (terminal or bool(os.environ.get("FORCE_COLOR")))
+    return Page(width=shutil.get_terminal_size().columns, colour=colour)
 
 
 def console(options: argparse.Namespace) -> "Console":
@@ -115,35 +110,21 @@ class Claim:
     def writing(self) -> Generator[None]:
         """Create the folder, and record the written files, also if the command is interrupted.
 
-        Raises `ScenarioError` if the folder cannot be created, or a file or the record cannot be written.
+        Raises `ScenarioError` if a file or the record cannot be written, `OSError` if one cannot be created.
         """
-        make_folder(self.folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
         try:
-            yield
-        except BaseException as error:
-            with suppress(OSError):  # the disk may be full
-                self._record()
-            if isinstance(error, OSError) and error.filename is None:  # of a write
+            try:
+                yield
+            finally:
+                records, there = _records(self.folder), [x for x in self.names if (self.folder / x).is_file()]
+                files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
+                text = json.dumps({**records, self.command: files}, indent=2)
+                (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            if error.filename is None:  # of a write
                 raise ScenarioError(f"{self.place}: cannot be written: {_reason(error)}") from error
             raise
-        try:
-            self._record()
-        except OSError as error:
-            raise ScenarioError(f"{self.place}: {RECORD} beside it cannot be written: {_reason(error)}") from error
-
-    def _record(self) -> None:
-        records, there = _records(self.folder), [name for name in self.names if (self.folder / name).is_file()]
-        files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
-        text = json.dumps({**records, self.command: files}, indent=2)
-        (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
-
-
-def make_folder(folder: Path) -> None:
-    """Create a folder and its parents; raises `ScenarioError` if it cannot be created."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ScenarioError(f"cannot create {one_line(folder)}: {_reason(error)}") from error
 
 
 def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
@@ -203,15 +184,10 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _paths(value: object) -> Iterator[Path]:
-    """Yield the paths in values of options, including words that are existing paths."""
-    match value:
-        case Path():
-            yield value
-        case str() if os.path.lexists(value):
-            yield Path(value)
-        case list() | tuple():
-            for each in value:  # pyright: ignore[reportUnknownVariableType]
-                yield from _paths(each)  # pyright: ignore[reportUnknownArgumentType]
-        case _:
-            pass
+def _paths(value: object) -> Iterator[str | Path]:
+    """Yield the paths and words in values of options."""
+    if isinstance(value, str | Path):
+        yield value
+    elif isinstance(value, list | tuple):
+        for each in value:  # pyright: ignore[reportUnknownVariableType]
+            yield from _paths(each)  # pyright: ignore[reportUnknownArgumentType]

@@ -163,7 +163,6 @@ def compare_command(options: argparse.Namespace) -> Status:
     words += ["-n", str(options.trials), "--out", str(options.out), "--seed", str(options.seed)]
     words += ["--time-limit", f"{options.time_limit:g}", "--memory-limit", f"{options.memory_limit:g}"]
     command = shlex.join(["rx90", "compare", *options.scenarios, *words, *worker_words(options)])
-    output.make_folder(options.out)
     with interruptible(command), open_workers(options) as workers:
         folders = [
             carry_out(

@@ -76,9 +76,8 @@ def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, 
     if Path("/dev/full").exists():
         with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left on device$"):
             full()
-    monkeypatch.setattr(Path, "write_text", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left", "r")))
-    told = r"a\.txt: \.rx90\.json beside it cannot be written: No space left$"
-    with pytest.raises(ScenarioError, match=told), ours.writing():
+    monkeypatch.setattr(Path, "write_text", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left")))
+    with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left$"), ours.writing():
         (tmp_path / "a.txt").touch()
 
 
@@ -93,7 +92,7 @@ def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_aske
         asked_for = folder / names[0] if names != NAMES else folder
         with pytest.raises(ScenarioError, match=rf"^{asked_for}: cannot be written: {why}"):
             held(folder, names)
-    with pytest.raises(ScenarioError, match=r"^cannot create .*new: Not a directory$"), ours.writing():
+    with pytest.raises(NotADirectoryError, match=r"above/new"), ours.writing():
         raise AssertionError("nothing is written")
 
 

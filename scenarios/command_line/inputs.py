@@ -148,15 +148,6 @@ def read_motions(mounted: Sequence[Mounting], description: LogDescription) -> "t
     return tuple(in_order_of_time(motions))
 
 
-def given_motions(
-    options: argparse.Namespace, mounted: Sequence[Mounting]
-) -> "tuple[NamedRobot, tuple[Motion, ...], Motion | None]":
-    """Return the robot of `--model`, its motions, in order of time, and the motion that was not used in any fit."""
-    robot = robot_of(options, options.model)
-    description = log_description(options, robot.structure.arm.joint_names)
-    return robot, read_motions(mounted, description), unseen_motion(options, description)
-
-
 def add_unseen_arguments(parser: argparse.ArgumentParser, text: str) -> None:
     """Declare a motion that was not used in any fit, and its payload."""
     group = parser.add_argument_group("a motion that was not used in any fit", text)

@@ -156,8 +156,10 @@ def identify_command(options: argparse.Namespace) -> Status:
         names = saved_files(sum(len(each.recordings) for each in mounted))
         saving = output.right_to_write(options, options.save, names, command="rx90 identify --save")
     with output.under_way(options, "reading"):
-        robot, motions, log = inputs.given_motions(options, mounted)
-    arm = robot.structure.arm
+        robot = inputs.robot_of(options, options.model)
+        arm = robot.structure.arm
+        description = inputs.log_description(options, arm.joint_names)
+        motions, log = inputs.read_motions(mounted, description), inputs.unseen_motion(options, description)
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
     observing, limits = inputs.chosen(ObserveOptions, options), inputs.chosen(GainOptions, options)
     policy = inputs.policy_of(options)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from ident.support.naming import one_line
 from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending
-from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
+from scenarios.experiments.workers import add_worker_options, open_workers
 from scenarios.rendering.content import Paragraph
 from scenarios.support.errors import ScenarioError
 
@@ -73,9 +73,7 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.study import monte_carlo
 
     scenario = load_scenario(options.scenario)
-    folder = _carried_out(
-        monte_carlo(scenario, options.trials, options.seed), options, "monte-carlo", "-n", options.trials
-    )
+    folder = _carried_out(monte_carlo(scenario, options.trials, options.seed), options)
     from scenarios.experiments.statistics import rows_in
     from scenarios.results.studies import StudyResult
 
@@ -100,10 +98,9 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.study import sensitivity
 
-    scenario, own = load_scenario(options.scenario), {"repeats": options.repeats, "samples": options.samples}
-    study = sensitivity(scenario, **own, seed=options.seed)
-    words = [word for name, value in own.items() for word in (f"--{name}", value)]
-    folder = _carried_out(study, options, "sensitivity", *words)
+    scenario = load_scenario(options.scenario)
+    study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)
+    folder = _carried_out(study, options)
     from scenarios.results.sensitivity import Budget
 
     found = Budget.of(scenario, study.count, folder, options.seed)
@@ -159,16 +156,11 @@ def compare_command(options: argparse.Namespace) -> Status:
     claim = output.right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     studies = [comparison(scenario, methods, limits, options.trials, options.seed) for scenario in loaded]
-    words = [word for text in options.method for word in ("--method", text)]
-    words += ["-n", str(options.trials), "--out", str(options.out), "--seed", str(options.seed)]
-    words += ["--time-limit", f"{options.time_limit:g}", "--memory-limit", f"{options.memory_limit:g}"]
-    command = shlex.join(["rx90", "compare", *options.scenarios, *words, *worker_words(options)])
+    command, console = options.command_line, output.console(options)
     with interruptible(command), open_workers(options) as workers:
         folders = [
-            carry_out(
-                study, options.out / study.scenario.name, workers, command=command, console=output.console(options)
-            )
-            for study in studies
+            carry_out(each, options.out / each.scenario.name, workers, command=command, console=console)
+            for each in studies
         ]
     about = {
         "Command": command,
@@ -191,12 +183,13 @@ def compare_command(options: argparse.Namespace) -> Status:
     return output.show(report, options, passed=found.ran)
 
 
-def _carried_out(study: "Study", options: argparse.Namespace, name: str, *own: object) -> "StudyFolder":
-    """Run a study with the workers of the options; the command that resumes it has its own words."""
+def _carried_out(study: "Study", options: argparse.Namespace) -> "StudyFolder":
+    """Run a study with the workers of the options; the recorded command names the scenario first."""
     from scenarios.experiments.study import carry_out
 
-    words = ["rx90", name, options.scenario, *own, "--out", options.out, "--seed", options.seed]
-    command = shlex.join([*map(str, words), *worker_words(options)])
+    program, name, *words = shlex.split(options.command_line)
+    words.remove(options.scenario)
+    command = shlex.join([program, name, options.scenario, *words])
     with interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=output.console(options))
 

@@ -308,9 +308,3 @@ def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]
     """Return the workers of parsed options."""
     address: str | None = getattr(options, "dask", None)
     return local_processes(options.jobs or usable_cores()) if address is None else dask_workers(address)
-
-
-def worker_words(options: argparse.Namespace) -> list[str]:
-    """Return the command-line arguments that select the same workers."""
-    given = (("--jobs", options.jobs), ("--dask", options.dask))
-    return [word for name, value in given if value is not None for word in (name, str(value))]

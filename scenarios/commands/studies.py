@@ -7,10 +7,8 @@ import sys
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ident.support.naming import one_line
 from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers
@@ -20,6 +18,8 @@ from scenarios.support.errors import ScenarioError
 if TYPE_CHECKING:
     from scenarios.experiments.study import Study
     from scenarios.experiments.study_folder import StudyFolder
+    from scenarios.results.sensitivity import Budget
+    from scenarios.results.studies import StudyResult
 
 PATIENCE = 5.0
 """Timeout for the end of an interrupted study [s]."""
@@ -78,10 +78,7 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
     from scenarios.results.studies import StudyResult
 
     result = StudyResult.of(scenario, options.seed, rows_in(folder))
-    with _summary_of(options.out):
-        written = result.write(options.out)
-    report = result.report(result.title(options.trials), _files_part(options.out, written))
-    return output.show(report, options, passed=result.passed)
+    return _summarised(result, result.title(options.trials), options, passed=result.passed)
 
 
 def sensitivity_arguments(parser: argparse.ArgumentParser) -> None:
@@ -104,20 +101,18 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     from scenarios.results.sensitivity import Budget
 
     found = Budget.of(scenario, study.count, folder, options.seed)
-    title = found.title(len(scenario.table.sources))
-    with _summary_of(options.out):
-        written = found.write(options.out)
-    return output.show(found.report(title, _files_part(options.out, written)), options)
+    return _summarised(found, found.title(len(scenario.table.sources)), options, passed=True)
 
 
 def compare_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenarios, methods and their limits."""
     add = parser.add_argument
-    add("scenarios", nargs="*", metavar="SCENARIO", help="built-in names or paths of TOML files")
+    add("scenarios", nargs="+", metavar="SCENARIO", help="built-in names or paths of TOML files")
     text = "an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable"
-    add("--method", action="append", default=[], metavar="M", help=text)
-    add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
-    add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; finished trials in it are kept")
+    add("--method", action="append", required=True, metavar="M", help=text)
+    add("-n", type=arguments.count, required=True, dest="trials", metavar="N", help="trials of each scenario")
+    text = "folder of the comparison; finished trials in it are kept"
+    add("--out", type=arguments.folder, required=True, metavar="DIR", help=text)
     add("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     text = "longest time of a call of a method [s] (default %(default)g)"
     add("--time-limit", type=TIME, default=60.0, metavar="S", help=text)
@@ -133,14 +128,8 @@ def compare_command(options: argparse.Namespace) -> Status:
     from datetime import UTC, datetime
 
     from scenarios.benchmark.methods import Limits, method_of
-    from scenarios.results.record import RECORD
 
     methods = [method_of(text) for text in options.method]
-    if not options.scenarios or options.trials is None or options.out is None:
-        saved = next((name for name in options.scenarios if (Path(name) / RECORD).is_file()), None)
-        other = "rx90 report shows it; rx90 verify compares two gains files, as rx90 identify --gains-out writes them"
-        words = "" if saved is None else f"{one_line(saved)} is a saved result ({other}); "
-        raise ScenarioError(f"{words}expected scenarios, -n N and --out DIR")
     from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
     from scenarios.benchmark.study import comparison, gain_bound
     from scenarios.experiments.scenario import load_scenario, setup_of
@@ -177,7 +166,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     ]
     found = Comparison(about=about, scenarios=scenarios)
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
-    with _summary_of(options.out), claim.writing():
+    with claim.writing():
         for name in (REPORT, DOCUMENT):
             write_report(report, options.out / name)
     return output.show(report, options, passed=found.ran)
@@ -194,21 +183,17 @@ def _carried_out(study: "Study", options: argparse.Namespace) -> "StudyFolder":
         return carry_out(study, options.out, workers, command=command, console=output.console(options))
 
 
-@contextmanager
-def _summary_of(folder: Path) -> Generator[None]:
-    """Write a summary; an error loses no rows."""
+def _summarised(result: "StudyResult | Budget", title: str, options: argparse.Namespace, *, passed: bool) -> Status:
+    """Write the summary of a study, and show it; an error loses no rows."""
     try:
-        yield
+        written = result.write(options.out)
     except OSError as error:
         raise ScenarioError(
-            f"{folder}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
+            f"{options.out}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
             "disk space and repeat the command"
         ) from error
-
-
-def _files_part(folder: Path, written: Path) -> Paragraph:
-    """Return the last line of a report, on the location of rows and summary."""
-    return Paragraph(f"Rows in {folder / 'trials'}; {written.name} in {folder}.")
+    rows = Paragraph(f"Rows in {options.out / 'trials'}; {written.name} in {options.out}.")
+    return output.show(result.report(title, rows), options, passed=passed)
 
 
 @contextmanager

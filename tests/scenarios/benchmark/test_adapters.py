@@ -32,7 +32,7 @@ def test_an_absent_library_is_one_line_that_says_what_to_install(monkeypatch, ca
         for name in [name for name in sys.modules if name == package or name.startswith(f"{package}.")]:
             monkeypatch.delitem(sys.modules, name)
         monkeypatch.setitem(sys.modules, package, None)
-        assert main(["compare", "nominal", "--method", f"{module}:drive_gains"]) == 2
+        assert main(["compare", "nominal", "--method", f"{module}:drive_gains", "-n", "1", "--out", "o"]) == 2
         assert capsys.readouterr().err == f"rx90: method '{module}:drive_gains': {advice}\n"
 
 

@@ -141,9 +141,9 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(tmp_path, 
     monkeypatch.setattr("sim.engine.Engine.advance", None)
     nls, rest = ["--method", "nls"], ["-n", "1", "--out", "o"]
     for words, message in (
-        (["nominal", *rest], "no method"),
-        ([*nls, *rest], "expected scenarios"),
-        (["nominal", *nls, "--out", "o"], "expected scenarios, -n N and --out DIR"),
+        (["nominal", *rest], "required: --method"),
+        ([*nls, *rest], "required: SCENARIO"),
+        (["nominal", *nls, "--out", "o"], "required: -n"),
         (["nominal", "nominal", *nls, *rest], "'nominal' is given twice"),
         (["nominal", "--method", "nsl", *rest], "did you mean 'nls'"),
     ):

@@ -3,7 +3,8 @@
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -40,13 +41,16 @@ def list_command(options: argparse.Namespace) -> Status:
         from scenarios.results.written import ListedScenarios
 
         return output.show(ListedScenarios.of(described).report("Built-in scenarios"), options)
-    import textwrap
+    _write_listed(described)
+    return Status.PASSED
 
+
+def _write_listed(described: Mapping[str, str]) -> None:
+    """Write names and descriptions, without the imports of a report."""
     indent = max(map(len, described)) + 2
     for name, description in described.items():
         line = f"{name:<{indent}}{description}"
         write(textwrap.fill(line, output.page().width or len(line), subsequent_indent=" " * indent) + "\n")
-    return Status.PASSED
 
 
 def view_arguments(parser: argparse.ArgumentParser) -> None:
@@ -173,23 +177,18 @@ def schema_arguments(parser: argparse.ArgumentParser) -> None:
 
     text = "schema of a file or of a command's --json output (default: list all)"
     parser.add_argument("name", nargs="?", metavar="NAME", choices=list(FILES | RESULTS), help=text)
-    output.add_form_arguments(parser)
 
 
 def schema_command(options: argparse.Namespace) -> Status:
     """Print a schema, or list all of them."""
     import json
 
-    from scenarios.rendering.content import Paragraph, Report, pairs_table
     from scenarios.results.json_schemas import FILES, RESULTS, schema
-    from scenarios.support.texts import ENDING, FOLDER
+    from scenarios.support.texts import FOLDER
 
-    if options.name is not None:
+    if options.name is None:
+        _write_listed({name: str(schema(name)["description"]).partition("\n")[0] for name in FILES | RESULTS})
+        write(f"\nrx90 schema NAME prints one; those of TOML files are also in {FOLDER}\n")
+    else:
         write(json.dumps(schema(options.name), indent=2) + "\n")
-        return Status.PASSED
-    about = {name: str(schema(name)["description"]).partition("\n")[0] for name in FILES | RESULTS}
-    files = {name: {"file": str(FOLDER / f"{name}{ENDING}")} for name in FILES}
-    document = {name: {"about": text, **files.get(name, {})} for name, text in about.items()}
-    text = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
-    parts = pairs_table("Schema", "Describes", about), text
-    return output.show(Report("JSON Schemas of files and results", parts, document), options)
+    return Status.PASSED

@@ -1,6 +1,7 @@
 import contextlib
 import json
 import os
+import re
 from importlib.metadata import version
 
 from bad_files import refused
@@ -129,12 +130,12 @@ def test_a_schema_is_printed_as_it_is_shipped_and_all_are_named(capsys):
     assert capsys.readouterr().out == (FOLDER / f"motion{ENDING}").read_text()
     assert main(["schema", "check"]) == 0
     assert json.loads(capsys.readouterr().out) == schema("check")
-    assert main(["schema", "--json"]) == 0
-    named = json.loads(capsys.readouterr().out)
-    assert {name: each["file"] for name, each in named.items() if "file" in each} == {
-        path.name.removesuffix(ENDING): str(path) for path in FOLDER.iterdir()
+    assert main(["schema"]) == 0
+    listed = capsys.readouterr().out
+    assert {path.name.removesuffix(ENDING) for path in FOLDER.iterdir()} < {
+        x.split()[0] for x in listed.split("\n") if x
     }
-    assert "rx90 check --json" in named["check"]["about"]
+    assert re.search(r"^check +What `rx90 check --json` prints", listed, re.MULTILINE)
 
 
 def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys, tmp_path):

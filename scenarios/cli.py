@@ -21,7 +21,6 @@ from scenarios.command_line.process import (
     abandon,
     complain,
     ending,
-    foreign_packages,
     open_streams,
     signals_as_interrupts,
     without_opengl,
@@ -81,7 +80,6 @@ def main(words: Sequence[str] | None = None) -> int:
             traceback.print_exc()
         absent = isinstance(error, ModuleNotFoundError)
         known = needed_extra(error.name, NEEDED.get(next(iter(words), ""))) if absent else None
-        known = known or foreign_packages(error)
         unforeseen = f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)"
         complain(known or unforeseen)
         return Status.BAD_INPUT if known else Status.UNFORESEEN

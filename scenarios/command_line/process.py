@@ -1,4 +1,4 @@
-"""`rx90` as a process: exit statuses, signals, closed or full streams, variables meant for other programs."""
+"""`rx90` as a process: exit statuses, signals, closed or full streams, the OpenGL backend."""
 
 import contextlib
 import errno
@@ -9,11 +9,8 @@ import sys
 import threading
 from collections.abc import Generator
 from enum import IntEnum
-from importlib.machinery import PathFinder
 from types import FrameType
 from typing import TextIO
-
-from scenarios.support.import_path import COMPILED, FOREIGN
 
 
 class Status(IntEnum):
@@ -48,22 +45,14 @@ OPENGL, ASKED = "MUJOCO_GL", "RX90_MUJOCO_GL"
 """Variable for the OpenGL backend of MuJoCo, read at import, and the one that keeps its value for child processes."""
 
 
-class Ended(KeyboardInterrupt):
-    """A signal that ends the command, raised as an interrupt with the same cleanup as Ctrl-C."""
-
-    def __init__(self, status: Status) -> None:
-        super().__init__()
-        self.status = status
-
-
 def ending(interrupt: KeyboardInterrupt) -> Status:
-    """Return the exit status after Ctrl-C or a signal."""
-    return interrupt.status if isinstance(interrupt, Ended) else Status.INTERRUPTED
+    """Return the exit status after Ctrl-C, or after a signal, whose interrupt states it."""
+    return interrupt.args[0] if interrupt.args else Status.INTERRUPTED
 
 
 @contextlib.contextmanager
 def signals_as_interrupts() -> Generator[None]:
-    """Raise `Ended` on SIGTERM and SIGHUP, unless ignored as under nohup; a second one ends immediately."""
+    """Interrupt on SIGTERM and SIGHUP as on Ctrl-C, unless ignored as under nohup; a second one ends immediately."""
     known = {"SIGTERM": Status.ENDED, "SIGHUP": Status.HUNG_UP}  # not every platform has all
     ours = {getattr(signal, name): status for name, status in known.items() if hasattr(signal, name)}
     main_thread = threading.current_thread() is threading.main_thread()  # only this one may handle signals
@@ -71,7 +60,7 @@ def signals_as_interrupts() -> Generator[None]:
 
     def ended(number: int, frame: FrameType | None) -> None:
         signal.signal(number, signal.SIG_DFL)
-        raise Ended(ours[number])
+        raise KeyboardInterrupt(ours[number])
 
     try:
         for number in handled:
@@ -152,17 +141,3 @@ def with_opengl() -> None:
         os.environ[OPENGL] = asked
     elif asked is not None:
         os.environ.pop(OPENGL, None)
-
-
-def foreign_packages(error: Exception) -> str | None:
-    """Return the probable cause of a failed import, a compiled package in a folder of PYTHONPATH, or None."""
-    for folder in filter(None, os.environ.get(FOREIGN, "").split(os.pathsep)):
-        specs = {name: PathFinder.find_spec(name, [folder]) for name in COMPILED}
-        found = [name for name, spec in specs.items() if spec and spec.loader and spec.origin]  # no namespace package
-        lacking = isinstance(error, AttributeError) and any(f"module '{name}" in str(error) for name in found)
-        if found and (lacking or isinstance(error, ImportError)):
-            return (
-                f"PYTHONPATH: {folder} has a {found[0]} that cannot be used here ({type(error).__name__}: {error}); "
-                "unset PYTHONPATH for rx90, as in: env -u PYTHONPATH rx90 ..."
-            )
-    return None

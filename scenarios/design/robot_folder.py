@@ -56,9 +56,6 @@ class NewRobotResult(ResultModel):
     )
     identifiable: list[bool] = Field(description="Whether the scenario that was written requires each joint's gain")
     files: list[str] = Field(description="Files that were written")
-    held: list[str] = Field(
-        description="Joints of the file outside the chain to the flange, locked at their initial positions in the model"
-    )
     payload_mass: float = Field(description="Mass of the scenario's payload [kg]")
     payload_com: list[float] = Field(description="Its centre of mass in the frame of the last link [m]")
     payload_source: str = Field(description="Origin of the payload")
@@ -158,7 +155,6 @@ def found_motion(
         predicted_rel_std=predicted.tolist(),
         identifiable=(predicted <= SHOWN).tolist(),
         files=[str(folder / name) for name in FILES],
-        held=list(new.facts.locked),
         payload_mass=payload.mass,
         payload_com=list(payload.com or ()),
         payload_source=new.payload_source,

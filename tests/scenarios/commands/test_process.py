@@ -11,7 +11,7 @@ from quick import BRIEF, quick_scenario
 from signals import as_in_the_foreground
 from weighed_cell import PLAIN, identified
 
-from scenarios.command_line.process import OPENGL, foreign_packages
+from scenarios.command_line.process import OPENGL
 from scenarios.commands import COMMANDS
 
 RX90 = f"{sys.executable} -m scenarios"
@@ -86,17 +86,6 @@ def test_packages_of_another_python_give_way_and_what_draws_nothing_needs_no_ope
     done = rx90("run", scenario, "--quiet", **{"PYTHONPATH": path, OPENGL: "no-such-thing"})
     assert done.returncode in (0, 1)  # so short a motion may miss a tolerance
     assert (done.stdout != "", done.stderr) == (True, "")
-
-
-def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.pathsep}{tmp_path / 'nowhere'}")
-    (tmp_path / "pinocchio").mkdir()  # a folder without a module gives way to the package that is installed
-    assert foreign_packages(ImportError("no")) is None
-    (tmp_path / "pinocchio" / "__init__.py").touch()
-    assert foreign_packages(ImportError("no")) is not None
-    assert foreign_packages(AttributeError("module 'pinocchio' has no attribute 'x'")) is not None
-    assert foreign_packages(AttributeError("'Path' object has no attribute 'x'")) is None
-    assert foreign_packages(ZeroDivisionError("no")) is None
 
 
 def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_path):

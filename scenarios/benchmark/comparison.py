@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from ident.support.arrays import Array
 from ident.support.naming import enumerated, one_line
 from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
@@ -58,9 +57,7 @@ RULE = (
 MEANING = (
     "Bias, std: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
     "estimated standard deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
-    "(Clopper and Pearson). Bound: Cramer-Rao, of all joints together for the injected current noise at "
-    "its level in the band of the rows, without encoder noise and errors of payload or model. If a scenario draws "
-    "values, the bound is computed with the values in its file."
+    "(Clopper and Pearson)."
 )
 
 
@@ -77,7 +74,6 @@ class MethodJoint(ResultModel):
     cover_1: Coverage | None = Field(description="Coverage of 1 estimated standard deviation (normal: 0.683)")
     cover_2: Coverage | None = Field(description="Coverage of 2 estimated standard deviations (normal: 0.954)")
     claimed: float | None = Field(description="Root mean square of the estimated relative standard deviation")
-    bound: float | None = Field(description="Smallest relative standard deviation that the injected noise allows")
 
 
 class MethodSummary(ResultModel):
@@ -146,7 +142,6 @@ class ComparedScenario(ResultModel):
             column("Within\n2 sigma [%]", lambda row: _held(row[1].cover_2)[0]),
             column("95 % interval [%]", lambda row: _held(row[1].cover_2)[1], file_only=True),
             column("Estimated\nstd [%]", lambda row: percent(row[1].claimed)),
-            column("Bound [%]", lambda row: percent(row[1].bound)),
         )
         if self.unposed:
             yield Paragraph(f"{self.unposed} of them failed before any method was run.")
@@ -235,10 +230,9 @@ def _held(found: Coverage | None) -> tuple[str, str]:
     return share, f"{low}..{high}"
 
 
-def compared(name: str, rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> ComparedScenario:
-    """Compute statistics of a comparison on one scenario.
+def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedScenario:
+    """Compute statistics of a comparison on one scenario; rows have the columns `NEEDED`.
 
-    The rows have the columns `NEEDED`; `bound` is the smallest relative standard deviation of each joint, shape (n,).
     Equal scores keep the order given.
     """
     posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
@@ -256,13 +250,13 @@ def compared(name: str, rows: pd.DataFrame, methods: Sequence[str], bound: Array
         refused_wrongly=refused & expected,
         **{f"within {share}": expected & (np.abs(error) <= share) for share in SOLVED},
     )
-    found = (_summary(method, posed.query(f"{METHOD} == @method"), bound) for method in methods)
+    found = (_summary(method, posed.query(f"{METHOD} == @method")) for method in methods)
     ranked = sorted(found, key=lambda summary: -summary.score)
     trials, reached = (each["trial"].unique().size for each in (rows, posed))
     return ComparedScenario(name=name, trials=trials, unposed=trials - reached, methods=ranked)
 
 
-def _summary(method: str, rows: pd.DataFrame, bound: Array | None) -> MethodSummary:
+def _summary(method: str, rows: pd.DataFrame) -> MethodSummary:
     names = ("expected", "wrong", "wrong_sign", "refused_rightly", "refused_wrongly", *(f"within {s}" for s in SOLVED))
     count = {name: int(rows[name].to_numpy(bool).sum()) for name in names}
     wanted = max(count["expected"], 1)
@@ -279,11 +273,11 @@ def _summary(method: str, rows: pd.DataFrame, bound: Array | None) -> MethodSumm
         wrong_signs=count["wrong_sign"],
         failures=dict(Counter(calls["failure"].dropna().tolist())),
         seconds=float(np.median(calls["seconds"].to_numpy())) if len(calls) else None,
-        joints=tuple(_joint(each, rows.query("joint == @each"), bound) for each in np.unique(rows["joint"]).tolist()),
+        joints=tuple(_joint(each, rows.query("joint == @each")) for each in np.unique(rows["joint"]).tolist()),
     )
 
 
-def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
+def _joint(joint: int, rows: pd.DataFrame) -> MethodJoint:
     error = rows.loc[rows["claimed"], "rel_error"].to_numpy(np.float64)
     off, std, true = rows.loc[rows["claimed"] & rows["std"].notna(), ["off", "std", "true"]].to_numpy(np.float64).T
     return MethodJoint(
@@ -293,6 +287,5 @@ def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
         rms=root_mean_square(error),
         cover_1=coverage(off <= std),
         cover_2=coverage(off <= 2.0 * std),
-        bound=None if bound is None or not np.isfinite(bound[joint - 1]) else float(bound[joint - 1]),
         **error_statistics(error, std / true),
     )

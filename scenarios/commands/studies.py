@@ -131,8 +131,8 @@ def compare_command(options: argparse.Namespace) -> Status:
 
     methods = [method_of(text) for text in options.method]
     from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
-    from scenarios.benchmark.study import comparison, gain_bound
-    from scenarios.experiments.scenario import load_scenario, setup_of
+    from scenarios.benchmark.study import comparison
+    from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report
     from scenarios.support.versions import versions
@@ -161,8 +161,7 @@ def compare_command(options: argparse.Namespace) -> Status:
         about["External methods"] = "; ".join(external)
     texts = [method.text for method in methods]
     scenarios = [
-        compared(scenario.name, folder.table(NEEDED), texts, gain_bound(setup_of(scenario)))
-        for scenario, folder in zip(loaded, folders, strict=True)
+        compared(scenario.name, folder.table(NEEDED), texts) for scenario, folder in zip(loaded, folders, strict=True)
     ]
     found = Comparison(about=about, scenarios=scenarios)
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))

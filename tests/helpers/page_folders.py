@@ -107,7 +107,7 @@ def comparison(folder: Path) -> Path:
         told(name, *({"trial": 0, "joint": j, "estimate": 2.0 + 2.0 * off * j, "std": 0.1} for j in (1, 2, 3)))
         for name, off in sizes.items()
     )
-    found = compared(NAME, pd.concat(made), list(sizes), None)
+    found = compared(NAME, pd.concat(made), list(sizes))
     about = {"Command": f"rx90 compare '{NAME}'", "Date": "2011-09-25"}
     (folder / "report.json").write_text(Comparison(about=about, scenarios=[found]).model_dump_json())
     return folder

@@ -8,20 +8,20 @@ from scenarios.benchmark.comparison import compared
 from scenarios.benchmark.study import METHOD
 
 
-def one(rows: pd.DataFrame, bound=None):
-    return compared("s", rows, [rows[METHOD].iloc[0]], bound).methods[0]
+def one(rows: pd.DataFrame):
+    return compared("s", rows, [rows[METHOD].iloc[0]]).methods[0]
 
 
 def test_errors_of_a_joint_are_summed_up():
     values = [2.02, 1.9, 2.06, 1.98, 2.5]
-    found = one(told("m", *({"estimate": value, "std": 0.07} for value in values)), np.array([0.02])).joints[0]
+    found = one(told("m", *({"estimate": value, "std": 0.07} for value in values))).joints[0]
     error = np.array([0.01, -0.05, 0.03, -0.01, 0.25])
     np.testing.assert_allclose(found.bias, error.mean(), rtol=1e-12)
     np.testing.assert_allclose(found.spread, np.sqrt(((error - error.mean()) ** 2).sum() / 4), rtol=1e-12)
     np.testing.assert_allclose(found.rms, np.sqrt((error**2).mean()), rtol=1e-12)
     np.testing.assert_allclose(found.p95, 0.05 + 0.8 * (0.25 - 0.05), rtol=1e-12)  # place 0.95 of 0 to 4 is 3.8
     np.testing.assert_allclose(found.claimed, 0.035, rtol=1e-12)
-    assert (found.joint, found.expected, found.gains, found.bound) == (1, 5, 5, 0.02)
+    assert (found.joint, found.expected, found.gains) == (1, 5, 5)
     assert found.cover_1.share == pytest.approx(3 / 5)  # off by 0.02, 0.1, 0.06, 0.02, 0.5 with 0.07
     assert found.cover_2.share == pytest.approx(4 / 5)
 
@@ -103,17 +103,17 @@ def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
     none = told("none", {}, {})
     bold = told("bold", {"estimate": 3.0}, {"estimate": 3.0})
     rows = pd.concat([bold, none, good, fair])
-    ranked = compared("s", rows, ["bold", "none", "good", "fair"], None).methods
+    ranked = compared("s", rows, ["bold", "none", "good", "fair"]).methods
     assert [each.method for each in ranked] == ["fair", "none", "good", "bold"]
     assert [each.score for each in ranked] == [0.5, 0.0, 0.0, -1.0]
 
 
 def test_tables_have_each_number_under_its_title():
     rows = told("m", {"estimate": 2.02, "std": 0.07}, {"estimate": 1.9, "std": 0.11}, {"estimate": 2.5, "std": 0.05})
-    scores, joints = tables(compared("s", rows, ["m"], np.array([0.02])))
-    titles = "Gains/Bias/Std/Rms/95 % below/Within 1 sigma/Within 2 sigma/95 % interval/Estimated std/Bound"
+    scores, joints = tables(compared("s", rows, ["m"]))
+    titles = "Gains/Bias/Std/Rms/95 % below/Within 1 sigma/Within 2 sigma/95 % interval/Estimated std"
     # errors of 0.01, -0.05 and 0.25, deviations of 0.035, 0.055 and 0.025
-    numbers = "3/+7.000/15.875/14.731/23.000/66.7/66.7/9.4..99.2/4.031/2.000"
+    numbers = "3/+7.000/15.875/14.731/23.000/66.7/66.7/9.4..99.2/4.031"
     expected = [("Method", "m"), ("Joint", "1"), *zip(titles.split("/"), numbers.split("/"), strict=True)]
     cells = zip(joints.columns, joints.rows[0], strict=True)
     assert [(each.title.replace("\n", " "), cell.text) for each, cell in cells] == expected

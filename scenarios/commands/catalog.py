@@ -25,7 +25,8 @@ ENDINGS = (".png", ".gif", ".mp4")
 CAPTION = 0.02
 """Height of the caption's letters, relative to the picture's width."""
 WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
-FPS = arguments.number_from(1.0, 60.0, "1/s", "outside the useful range of frame rates")
+FPS = 8.0
+"""Frames per second of a film."""
 PAGE = "report.html"
 
 
@@ -61,8 +62,6 @@ def view_arguments(parser: argparse.ArgumentParser) -> None:
     add("--render", "--out", type=arguments.file, metavar="FILE", help=text)
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
-    add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
-    add("--fps", type=FPS, default=8.0, metavar="X", help="frames per second of a GIF or MP4 (default 8)")
     output.add_force_argument(parser)
 
 
@@ -98,17 +97,17 @@ def view_command(options: argparse.Namespace) -> Status:
         watch(scene(motions))
         return Status.PASSED
     claim = output.right_to_write(options, path, command="rx90 view")
-    times: Sequence[float] = np.arange(0.0, duration, 1.0 / options.fps).tolist()
+    times: Sequence[float] = np.arange(0.0, duration, 1.0 / FPS).tolist()
     if path.suffix.lower() == ".png":
         times = (0.5 * duration if options.at is None else options.at,)
     shown, width = scene(motions, times), options.width
-    height = shown.height(width) if options.height is None else options.height
+    height = shown.height(width)
     caption = f"{setup.scenario.name}, from left: {', '.join(experiment.name for experiment in motions)}"
     drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
     with claim.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
         labelled = (_captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
-        write_pictures(path, counted(labelled, stages), options.fps)
+        write_pictures(path, counted(labelled, stages))
     write(f"{printable(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}\n")
     return Status.PASSED
 
@@ -126,7 +125,7 @@ def _captioned(picture: "Array", text: str) -> "Image":
     return image
 
 
-def write_pictures(path: Path, images: "Iterator[Image]", fps: float) -> None:
+def write_pictures(path: Path, images: "Iterator[Image]") -> None:
     """Write a PNG of the first picture, a repeating GIF or, if its library is there, a film, by the name's ending."""
     import numpy as np
 
@@ -135,13 +134,13 @@ def write_pictures(path: Path, images: "Iterator[Image]", fps: float) -> None:
             next(images).save(path, format="PNG")
         case ".gif":
             first, more = next(images), {"loop": 0, "optimize": False}
-            first.save(path, format="GIF", save_all=True, append_images=images, duration=1000.0 / fps, **more)
+            first.save(path, format="GIF", save_all=True, append_images=images, duration=1000.0 / FPS, **more)
         case _:
             missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
             if missing:
                 raise ScenarioError(f"{path}: {needed_extra(missing[0])}; PNG and GIF do not need it")
             pixels = np.stack([np.asarray(image) for image in images])
-            import_module("imageio.v3").imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)
+            import_module("imageio.v3").imwrite(path, pixels, extension=".mp4", fps=FPS, macro_block_size=2)
 
 
 def report_arguments(parser: argparse.ArgumentParser) -> None:

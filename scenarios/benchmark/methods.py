@@ -9,10 +9,9 @@ program. A call without a valid answer has a `ScenarioError`, which is counted.
 """
 
 import hashlib
-import importlib
 import json
 import os
-import re
+import pkgutil
 import shlex
 import shutil
 import signal
@@ -48,7 +47,6 @@ from scenarios.support.versions import PACKAGES
 if TYPE_CHECKING:
     from scenarios.experiments.judge import Claim
 
-FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
 Function = Callable[[GivenProblem], Sequence[Mapping[str, object]]]
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 LARGEST_ANSWER, LARGEST_FILE = 10_000_000, 200_000_000
@@ -135,18 +133,14 @@ def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, obj
 
 def _function(text: str) -> Function:
     """Import a function; the working folder is last in the search path, so that it hides no installed module."""
-    found = FORM.fullmatch(text)
-    if found is None:
-        raise ScenarioError(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
-    module, name = found.groups()
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     try:
-        function = getattr(importlib.import_module(module), name, None)
-    except ImportError as error:
+        function = pkgutil.resolve_name(text)
+    except (ImportError, AttributeError, ValueError) as error:
         raise ScenarioError(f"method {shown(text)}: {error}") from error
     if not callable(function):
-        raise ScenarioError(f"method {shown(text)}: module {module} has no function {name}")
+        raise ScenarioError(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
     return cast(Function, function)
 
 

@@ -161,7 +161,7 @@ def torque_command(options: argparse.Namespace) -> Status:
     with claim.writing():
         write_torque(found, file, options.out)
     result = Torques.of(found, file, options.out, remarks)
-    title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
+    title = f"{one_line(result.out)}: {result.samples} samples, {joints_named([x.joint for x in result.torques])}"
     return output.show(result.report(title), options)
 
 

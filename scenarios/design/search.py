@@ -50,12 +50,9 @@ class Searched(ResultModel):
 
     out: str = Field(description="The motion file that was written")
     tried: int = Field(description="Number of motions")
-    cost_of_start: float = Field(description="Cost of the initial motion of the search, a sum of logarithms as `cost`")
+    cost_of_start: float = Field(description="Cost of the initial motion of the search, a logarithm as `cost`")
     cost: float = Field(
-        description=(
-            "Cost that the search minimises: a sum of logarithms of the relative standard deviations of the gains to "
-            "identify, dominated by the largest, plus a penalty for exceeded limits"
-        )
+        description="Cost that the search minimises: mainly the logarithm of the largest relative standard deviation"
     )
     predicted_rel_std: list[float | None] = Field(
         description="Relative standard deviation of each gain, null if the motion does not determine the gain"

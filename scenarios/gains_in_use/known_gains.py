@@ -264,11 +264,10 @@ class Torques(ResultModel):
 
     out: str = Field(description="The written file")
     samples: int = Field(description="Number of samples, and of rows of the file")
-    joints: list[int] = Field(description="Joints that have columns")
     missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
     notes: list[str] = Field(description="Remarks on gains and currents")
     robot: str | None = Field(None, description="Robot of the gains, null if unknown")
-    torques: list[TorqueJoint] = Field(default_factory=list[TorqueJoint], description="Torques of these joints")
+    torques: list[TorqueJoint] = Field(description="Torques of the joints that have columns")
 
     @classmethod
     def of(cls, found: JointTorque, file: GainsFile, out: Path, remarks: Sequence[str] = ()) -> "Torques":
@@ -277,7 +276,6 @@ class Torques(ResultModel):
         return cls(
             out=str(out),
             samples=len(found.t),
-            joints=[joint + 1 for joint in found.joints.tolist()],
             missing=[
                 {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
                 for entry in file.gains

@@ -169,13 +169,11 @@ class Cost(ResultModel):
     source: str = Field(description="Name of the source or scenario")
     bias: float = Field(description="Mean of the relative error of the gain")
     std: float = Field(description="Standard deviation of the relative error of the gain")
-    rms: float = Field(description="Root mean square of the relative error of the gain")
 
-    @classmethod
-    def of(cls, source: str, moments: Array) -> "Cost":
-        """Return the error of a joint with this mean and standard deviation, shape (2,)."""
-        bias, std = moments.tolist()
-        return cls(source=source, bias=bias, std=std, rms=float(np.hypot(bias, std)))
+    @property
+    def rms(self) -> float:
+        """Root mean square of the relative error of the gain."""
+        return float(np.hypot(self.bias, self.std))
 
 
 class PredictedBudgetJoint(ResultModel):
@@ -271,8 +269,8 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
         most, errors = tolerance.gain[j], NormalDist(together[0, k], max(together[1, k], 1e-300))
         return PredictedBudgetJoint(
             joint=j + 1,
-            costs=[Cost.of(name, cost[:, k]) for name, cost in costs.items()],
-            together=Cost.of("all together", together[:, k]),
+            costs=[Cost(source=name, bias=cost[0, k], std=cost[1, k]) for name, cost in costs.items()],
+            together=Cost(source="all together", bias=together[0, k], std=together[1, k]),
             tolerance=most,
             within=errors.cdf(most) - errors.cdf(-most),
         )

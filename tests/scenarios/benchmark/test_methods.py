@@ -90,7 +90,7 @@ UNKNOWN = [
     ("nls,max_rel_std=-1", "max_rel_std = -1: expected more than 0"),
     ("nls,reversal_speed", "option 'reversal_speed': expected KEY=VALUE"),
     ("nowhere_at_all:f", "No module named 'nowhere_at_all'"),
-    ("method_stubs:absent", "module method_stubs has no function absent"),
+    ("method_stubs:absent", "has no attribute 'absent'"),
     ("method_stubs:", "expected package.module:function"),
     ("exec:", "no command"),
     ("exec: 'unbalanced", "no closing quotation"),

@@ -43,9 +43,7 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
             off = sign * (table[f"{name}_{bound}"] - tau)
             np.testing.assert_allclose(off, 2.0 * entry.std * np.abs(v), atol=1e-9)
     assert [each["joint"] for each in document["missing"]] == missing
-    assert [each["joint"] for each in document["torques"]] == [
-        entry.joint for entry in gains.gains if entry.identifiable
-    ]
+    assert [each["joint"] for each in document["torques"]] == [x.joint for x in gains.gains if x.identifiable]
     assert document["samples"] == len(recording.t)
     # No Parquet under a name that announces text.
     assert "expected a file name that ends with .parquet" in refused(capsys, [*words, str(out.with_suffix(".csv"))])

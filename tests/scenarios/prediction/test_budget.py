@@ -171,11 +171,8 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     assert f"They will not determine: {'; '.join(found['untold'])}." in text
     (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
     (k,) = [k for k, cost in enumerate(found["joints"][0]["costs"]) if cost["source"] == "payload mass"]
-    assert row == [
-        "payload",
-        "mass",
-        *(f"{100 * np.hypot(*(joint['costs'][k][x] for x in ('bias', 'std'))):.3f}" for joint in found["joints"]),
-    ]
+    rms = [np.hypot(joint["costs"][k]["bias"], joint["costs"][k]["std"]) for joint in found["joints"]]
+    assert row == ["payload", "mass", *(f"{100 * each:.3f}" for each in rms)]
 
 
 def test_each_number_of_a_draw_moves_by_itself_one_deviation_from_its_mean(quick):

@@ -130,12 +130,8 @@ class Claim:
 def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
     """Check whether a command may and can write a file, or files of these names in a folder.
 
-    Files of others are overwritten with --force, files that the command reads never.
-
-    Raises:
-        ScenarioError: If the folder is not writable; if a file is one that the command reads, or one that the command
-            did not write, or that was changed since.
-        OSError: If a file cannot be written.
+    Raises `ScenarioError` or `OSError` if not. Files of others are overwritten with --force, files that the command
+    reads never.
     """
     folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
     if any(name.endswith(".parquet") for name in names):

@@ -5,7 +5,7 @@ the largest, plus thirty times the mean squared violation of limits and clearanc
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 
@@ -97,22 +97,6 @@ class Limits:
         """Half of the ranges."""
         return 0.5 * (self.upper - self.lower)
 
-    def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
-        """Return the excess over the usable shares of the limits, relative to them, at least zero, shape (4, N, n).
-
-        The motion of the motors is q, dq, ddq, each (N, n); torques [N m] are without and with payload, (2, N, n). The
-        order is that of `SHARES`.
-        """
-        q, dq, ddq = motion
-        q = q if self.motors is None else np.linalg.solve(self.motors, q.T).T
-        used = (
-            np.abs(q - self.center) / self.half,
-            np.abs(dq) / self.velocity,
-            np.abs(ddq) / self.acceleration,
-            np.abs(torques).max(axis=0) / self.torque,
-        )
-        return np.maximum(np.stack(used) - np.array([*SHARES.values()])[:, None, None], 0.0)
-
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
         """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
         q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
@@ -129,7 +113,7 @@ class Limits:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Design:
-    """A design problem, which evaluates motions and payloads; pickled without what it has prepared.
+    """A design problem, which evaluates motions and payloads.
 
     Attributes:
         plant: The assumed robot, with the payload for the distances.
@@ -148,10 +132,6 @@ class Design:
     slow: Array | None = None
     solids: tuple[Solid, ...] | None = None
     searched_hz: float = SEARCHED_HZ
-
-    def __getstate__(self) -> dict[str, object]:
-        """Return its fields."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @classmethod
     def of(cls, setup: Setup) -> "Design":
@@ -204,10 +184,21 @@ class Design:
         return float(self.deviations(trajectory)[self.joints].max())
 
     def excess(self, rows: MotionRows) -> Array:
-        """Return the relative violations of the limits of each joint and, last, of the clearance, (4 n + 1, N)."""
-        over = self.limits.excess(rows.motion, rows.torques(self.carried.chi))
-        near = np.maximum((CLEARANCE - self.clearance(rows.motion[0])) / CLEARANCE, 0.0)
-        return np.concatenate((over.swapaxes(1, 2).reshape(-1, len(near)), near[None]))
+        """Return the relative violations of usable limits, at least zero, shape (4 n + 1, N).
+
+        Limits are in the order of `SHARES`, each of all joints, the torques of both motions; last is the clearance.
+        The motion is that of the motors.
+        """
+        (q, dq, ddq), limits, torques = rows.motion, self.limits, rows.torques(self.carried.chi)
+        turned = q if limits.motors is None else np.linalg.solve(limits.motors, q.T).T
+        used = (
+            np.abs(turned - limits.center) / limits.half,
+            np.abs(dq) / limits.velocity,
+            np.abs(ddq) / limits.acceleration,
+            np.abs(torques).max(axis=0) / limits.torque,
+        )
+        over = [(each - share).T for each, share in zip(used, SHARES.values(), strict=True)]
+        return np.maximum(np.concatenate((*over, [1.0 - self.clearance(q) / CLEARANCE])), 0.0)
 
     def broken(self, rows: MotionRows) -> str:
         """Return the largest violation, in words."""

@@ -51,9 +51,7 @@ class ModelFacts:
 def model_facts(path: Path, flange: str | None) -> ModelFacts:
     """Read the data of an arm up to a body, None for all joints.
 
-    Raises:
-        PlantError: If MuJoCo cannot read the file, or it has no arm.
-        RobotModelError: If a speed of a URDF is impossible.
+    Raises `PlantError` if MuJoCo cannot read the file, or it has no arm, `RobotModelError` for an impossible speed.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))

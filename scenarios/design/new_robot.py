@@ -32,14 +32,10 @@ ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
 
 
 class Default(NamedTuple):
-    """A default with its source.
+    """A number, or a factor on the quantity `of` of `[drives]`, with its source.
 
-    Attributes:
-        value: A number, or a factor on another quantity.
-        source: Its source, a sentence.
-        second: A second number: for prismatic joints (max_velocity, zeros), of the amplifier offset
-            (coulomb_asymmetry), the upper end (resonance).
-        of: The quantity of `[drives]` that the factor multiplies.
+    A second number is that of prismatic joints (max_velocity, zeros), of the amplifier offset (coulomb_asymmetry), or
+    the upper end (resonance).
     """
 
     value: float
@@ -120,13 +116,7 @@ class Stated:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NewRobot:
-    """A robot from its model file and defaults.
-
-    Attributes:
-        flange: Last body of the arm, None if all joints belong to it.
-        rated_load: [kg], None if not stated.
-        drives: Values by table of a robot file's `[drives]`.
-    """
+    """A robot from its model file and defaults; `drives` are tables of a robot file, `rated_load` is in kg."""
 
     name: str
     path: Path
@@ -219,12 +209,7 @@ prismatic joint
             (folder / name).write_text(text, encoding="utf-8")
 
     def design(self) -> Design:
-        """Return the problem of a motion for its scenario, as read from its files, without leaving them.
-
-        Raises:
-            RobotModelError: If identification and simulation read the model file differently.
-            SimulationError: One of its kinds, if the arm cannot be simulated.
-        """
+        """Return the problem of a motion for its scenario, as read from its files, without leaving them."""
         with TemporaryDirectory() as folder:
             self.write(Path(folder), str(self.path.resolve()), [0.0] * self.arm.n)
             return Design.of(setup_without_motion(load_scenario(str(Path(folder) / SCENARIO))))
@@ -243,13 +228,8 @@ def new_robot(
     """Read a model file, and complete it by defaults.
 
     `torque` are the largest ones of the joints [N m or N], `home` is the start pose [rad or m], `rated_load` in kg,
-    `payload` a file, or the mass of a bar [kg]; None for defaults. Joints outside the chain to `flange` are locked.
-
-    Raises:
-        RobotModelError: If the file is not an arm; if identification and simulation read it differently.
-        PlantError: If torques or home pose do not fit the arm, or a joint is too weak.
-        PayloadError: If the payload file is not valid.
-        SimulationError: One of its kinds, if links lack an inertia.
+    `payload` a file, or the mass of a bar [kg]; None for defaults. Raises `RobotModelError` if the file is no arm, or
+    identification and simulation read it differently, a `SimulationError` or `PayloadError` if it cannot be simulated.
     """
     arm, facts = read_arm(path, (), flange=flange), model_facts(path, flange)
     for what, given in (("home", home), ("torque", torque)):

@@ -353,11 +353,10 @@ class PayloadSearch:
 def design_payload(
     setup: Setup, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]
 ) -> PayloadDesign:
-    """Search for the best payload of every shape along a scenario's motion.
+    """Search for the best payload of every shape along a scenario's motion, of a density [kg/m^3].
 
-    `density` is that of the material [kg/m^3], `seed` that of the search; `tell` receives the completed number of
-    `STEPS`, and the current shape. Raises `ScenarioError` if the scenario mounts no payload; if no payload is
-    feasible.
+    `tell` receives the completed number of `STEPS`, and the current shape. Raises `ScenarioError` if the scenario
+    mounts no payload, or none is feasible.
     """
     payloads = PayloadSearch(setup, density)
 

@@ -7,7 +7,7 @@ sample that limits the motion changes; gradient descent stops there with standar
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -110,7 +110,7 @@ def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge)
 
 def judge_in(pool: Executor, workers: int, design: Design, series: Series) -> Judge:
     """Evaluate motions in the processes of a pool; the costs are those of `Design.cost`."""
-    stated = pickle.dumps((design, series))
+    stated = pickle.dumps((replace(design), series))  # without what it has prepared
 
     def judge(points: Sequence[Array]) -> list[float]:
         bounds = np.linspace(0, len(points), workers + 1).astype(int)

@@ -76,11 +76,8 @@ def weighing(
 
     `unloaded` are bare motions, `loaded` those of one mounting, `weighed` is None if its mass is not known; `delay` of
     the currents replaces that of the file. Recordings are diagnosed with the gains that they give, not with those of
-    the file.
-
-    Raises:
-        IdentificationError: If recordings are not of this arm or have a fault; if the payload is not identifiable.
-        ScenarioError: If the options of the file are not valid; if a recording was used otherwise for the gains.
+    the file. Raises `IdentificationError` if recordings are not of this arm or have a fault, or the payload is not
+    identifiable, `ScenarioError` if options of the file are not valid, or a recording was used otherwise for the gains.
     """
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)
@@ -221,12 +218,10 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
 
 
 def check_currents(file: GainsFile, recording: Recording) -> tuple[str, ...]:
-    """Refuse currents in a smaller unit than those of the gains: of all joints larger by more than a factor of units.
+    """Return a remark if currents are larger than any with which gains are known.
 
-    Currents in a larger unit look like those of an arm at rest.
-
-    Returns:
-        A remark if currents are larger than any with which gains are known.
+    Refuses currents in a smaller unit than those of the gains, of all joints larger by more than a factor of units;
+    those in a larger unit look like the currents of an arm at rest.
     """
     before = file.largest_currents
     if len(before) != recording.n:

@@ -67,23 +67,15 @@ class Predictor:
     """Predicts the errors of a scenario's gains from its sources with one linearised estimate.
 
     Random values and sources have their medians, and there is one realisation of the scenario's noise, with which
-    methods select their model.
-
-    Attributes:
-        linear: The estimate.
-        joints: The k joints with a gain that is required, from 0, shape (k,).
-        unknown: Noise streams of unknown spectrum that are on with every source off.
-        other_noise: Error from noise that is on with every source off, None if there is none.
+    methods select their model. `joints` are the k ones with a gain that is required, from 0; `other_noise` is the error
+    from noise that is on with every source off, None without any, and `unknown` its streams of unknown spectrum.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         """Linearise the estimate, and prepare the logs and their noise with every source off.
 
-        Raises:
-            ScenarioError: If the scenario declares no error sources, wrong ones, or requires no gain; if there is no
-                first-order model of its method.
-            IdentificationError: If there is no gain to identify.
-            SimulationError: If a plant cannot be built.
+        Raises `ScenarioError` if the scenario declares no error sources, wrong ones, or requires no gain, or its method
+        has no first-order model; `IdentificationError` if there is no gain, `SimulationError` if no plant can be built.
         """
         sources, table = sources_of(scenario), scenario.table
         wanted = np.flatnonzero(table.tolerance.identifiable)
@@ -117,9 +109,7 @@ class Predictor:
     def drawn(self, source: DrawTable) -> Array:
         """Return mean and standard deviation of the errors from a drawn source, all others off, shape (2, k).
 
-        If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
-        Raises `ScenarioError` if neither is possible, if the draw is not possible, or if a number has no mean or
-        standard deviation.
+        The estimate is the linearised one if only currents change, else a new one; `ScenarioError` if neither can be.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:

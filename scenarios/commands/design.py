@@ -52,7 +52,7 @@ NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and 
 class Outcome:
     """Successively better motions of a search, the best last; the number of motions tried; what stopped it."""
 
-    kept: "Sequence[Found]"
+    kept: "Sequence[Found]" = ()
     tried: int = 0
     interrupt: KeyboardInterrupt | None = None
 

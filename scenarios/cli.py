@@ -149,7 +149,7 @@ def _completion(shell: str) -> str:
             action.help = "what to do"  # shtab skips commands without help
         elif action.choices is not None:
             action.choices = [str(choice) for choice in action.choices]
-        elif action.type in (*arguments.FILES, arguments.folder):
+        elif action.type in (*arguments.FILES, arguments.folder) or action.dest == "given":
             kind = shtab.DIRECTORY if action.type is arguments.folder else shtab.FILE
             action.complete = kind  # pyright: ignore[reportAttributeAccessIssue] # where shtab looks for it
         elif action.metavar in ("SCENARIO", "SCENARIO|FOLDER"):

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import Field, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
 Group = tuple[str, tuple[Path, ...]]
-"""One option of the command line, of these three, and its files."""
+"""One of these options, and its files."""
 
 
 class Mounting(NamedTuple):
@@ -68,21 +69,6 @@ def robot_of(options: argparse.Namespace, word: str) -> "NamedRobot":
     return named_robot(word, tuple((i - 1, j - 1) for i, j in options.coupling), flange=options.flange)
 
 
-class _InOrder(argparse.Action):
-    """Keeps options in the order of the command line."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[Path] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Append an option."""
-        group = self.option_strings[0], tuple(map(Path, values or ()))
-        setattr(namespace, self.dest, (*getattr(namespace, self.dest), group))
-
-
 def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare recordings and payloads."""
     text = (
@@ -92,15 +78,9 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("recordings", text)
 
     def add(option: str, metavar: str, many: int | str, what: str) -> None:
+        kind = partial(_with_option, option)
         group.add_argument(
-            option,
-            type=arguments.file,
-            nargs=many,
-            action=_InOrder,
-            dest="given",
-            default=(),
-            metavar=metavar,
-            help=what,
+            option, type=kind, nargs=many, action="append", dest="given", default=[], metavar=metavar, help=what
         )
 
     add(UNLOADED, "A", "+", "recordings with a bare flange")
@@ -108,12 +88,17 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     add(PAYLOAD, "P", 1, "payload of the preceding --loaded, TOML")
 
 
-def mountings(given: Sequence[Group]) -> tuple[Mounting, ...]:
+def _with_option(option: str, text: str) -> tuple[str, Path]:
+    return option, arguments.file(text)
+
+
+def mountings(options: Sequence[Sequence[tuple[str, Path]]]) -> tuple[Mounting, ...]:
     """Return recordings with payloads, in the order of the command line.
 
     A single payload and a single loaded group belong together in either order. Raises `ScenarioError` if there is
     no recording, or payloads and loaded recordings do not match.
     """
+    given: list[Group] = [(each[0][0], tuple(path for _, path in each)) for each in options]
     kinds = [option for option, _ in given]
     if not {UNLOADED, LOADED} & set(kinds):
         raise ScenarioError(f"no recording is given; expected {UNLOADED} A and {LOADED} B {PAYLOAD} P")

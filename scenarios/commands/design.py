@@ -125,7 +125,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
     claim = output.right_to_write(options, options.out, command="rx90 excite")
     holds = options.protocol == "holds"
-    if holds and options.harmonics is not None:
+    if holds and vars(options)["harmonics"] is not None:
         raise ScenarioError(
             "--harmonics cannot be combined with --protocol holds, whose motions are not a harmonic series"
         )

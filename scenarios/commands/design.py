@@ -15,8 +15,7 @@ from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.parametrisations import Series
-    from scenarios.design.search import Found, Judge
+    from scenarios.design.search import Found, Judge, Series
     from scenarios.experiments.schema import Scenario
     from sim.trajectory import FourierTrajectory
 
@@ -140,8 +139,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     import numpy as np
 
     from scenarios.design.excitation import Design, finite, percents
-    from scenarios.design.parametrisations import Series, hold_design
-    from scenarios.design.search import Searched, best_fitted
+    from scenarios.design.search import Searched, Series, best_fitted, hold_design
     from scenarios.experiments.motions import write_motion
     from scenarios.experiments.scenario import load_scenario, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND

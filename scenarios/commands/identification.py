@@ -237,22 +237,12 @@ def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:
     from ident.estimation.estimators.nls import NAME
 
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
-    instead = "add --loaded B --payload P.toml"
-    found = "for bare recordings only; loaded recordings identify the gains, so remove it"
-    refused = (
-        (not bare and options.gains, f"--gains: {found}"),
-        (
-            bare and options.compare_with,
-            f"--compare-with: bare recordings have no payload to estimate; {instead}, or use --gains G",
-        ),
-        (bare and options.unseen, f"--unseen: bare recordings give no gains to predict with; {instead}"),
-        (bare and options.gains_out, f"--gains-out: bare recordings give only ratios of gains; {instead}"),
-        (
-            bare and options.method != NAME,
-            f"--method {options.method} needs a payload; with bare recordings only, {NAME} gives the ratios",
-        ),
-    )
-    for condition, words in refused:
-        if condition:
-            raise ScenarioError(words)
+    why = "for bare recordings only; loaded recordings identify the gains, so remove it"
+    if bare:
+        why = "bare recordings give only ratios of gains; add --loaded B --payload P.toml"
+    for name in ("compare_with", "unseen", "gains_out") if bare else ("gains",):
+        if getattr(options, name):
+            raise ScenarioError(f"--{name.replace('_', '-')}: {why}")
+    if bare and options.method != NAME:
+        raise ScenarioError(f"--method {options.method} needs a payload; bare recordings give the ratios by {NAME}")
     return bare

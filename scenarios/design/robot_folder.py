@@ -11,8 +11,7 @@ from pydantic import Field
 from ident.diagnosis.diagnosis import two_digits
 from scenarios.design.excitation import Design, finite, near_words
 from scenarios.design.new_robot import CLEAR, MOTION, ROBOT, SCENARIO, SHOWN, NewRobot
-from scenarios.design.parametrisations import Series
-from scenarios.design.search import Found, best_fitted
+from scenarios.design.search import Found, Series, best_fitted
 from scenarios.experiments.motions import write_motion
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel

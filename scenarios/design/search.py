@@ -1,5 +1,10 @@
 """Search for the motion with the lowest cost, and the best of its motions that meets all limits.
 
+A motion is a point: weights of shapes, each a Fourier series, with amplitudes within limits. The shapes are single
+harmonics, or holds with slow sweeps between: a path of `LEGS` straight legs, with a hold at each end and in the middle
+of each leg. It is followed forward and back, so every position is passed in both directions. Corners are smoothed by a
+Gaussian, so that a series of `HARMONICS` cosines represents it (`docs/derivations.md`).
+
 The search starts with the best of 300 random motions, and continues with CMA-ES. The cost is not smooth where the
 sample that limits the motion changes; gradient descent stops there with standard deviations 1.5 times as large.
 """
@@ -14,14 +19,42 @@ from itertools import pairwise
 import cma
 import numpy as np
 from pydantic import Field
+from scipy import special
 
-from ident.support.arrays import Array
-from scenarios.design.excitation import SHARES, Design
-from scenarios.design.parametrisations import Series
+from ident.model.regressor import regressor
+from ident.model.structure import PROBE_SEED
+from ident.support.arrays import Array, Mask
+from scenarios.design.excitation import SHARES, Design, Limits
 from scenarios.rendering.result import ResultModel
+from scenarios.support.errors import ScenarioError
 from sim.errors import NO_POSITION, TrajectoryError
-from sim.trajectory import FourierTrajectory
+from sim.trajectory import FourierTrajectory, at_rest
 
+LEAST_SHARE = 0.25
+"""Smallest amplitude of a joint, as a share of the largest: a joint at rest gives no information on its parameters."""
+LEGS = 3
+"""Number of straight legs of the forward path; a search then has 24 variables for six joints."""
+HOLD = 0.5
+"""Ratio of the duration of a hold to that of a sweep."""
+SMOOTH = 0.2
+"""Standard deviation of the smoothing Gaussian, relative to the duration of a hold: the middle of a hold is at rest."""
+HARMONICS = 108
+"""Number of harmonics; the smoothing attenuates higher ones to a thousandth."""
+GRID = 4096
+"""Number of samples of a period for computing the coefficients."""
+FAST, SLOW = (0.5, 0.1), (0.1, 0.02)
+"""Assumed speeds of revolute [rad/s] and prismatic joints [m/s]: the largest one, and that of a row weight of 1/2.
+"""
+TORQUE_SHARE = 0.7
+"""Share of a joint's torque at the current limit that arm and payload may take, assumed. It leaves room for a gain 15 %
+low, 10 % more torque against load-dependent friction and 5 % against other friction: 0.7 x 1.15 / 0.85 = 0.95.
+"""
+LEAST_LOAD = 1e-6
+"""Share of the payload's largest torque at rest below which gravity does not load a joint."""
+SEARCHED_HZ = 4.0
+"""Sampling rate during the search for such slow motions [Hz]."""
+SHORTEST = 36.0
+"""Shortest motion [s]: sweeps of 2 s, holds of 1 s."""
 FIRST = 300
 """Number of random motions at the start."""
 STEP, SMALL_STEP = 0.2, 0.05
@@ -34,6 +67,116 @@ APART = 0.01
 
 Judge = Callable[[Sequence[Array]], list[float]]
 """Function that returns the costs of motions."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale.
+
+    Attributes:
+        shapes: Sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H).
+        usual: Standard deviation of each weight of a random motion, shape (K,).
+        duration: Period [s].
+        times: How often the path is passed in a period.
+    """
+
+    limits: Limits
+    shapes: Array
+    usual: Array
+    duration: float
+    times: int = 1
+
+    @classmethod
+    def harmonic(cls, limits: Limits, harmonics: int, duration: float, times: int = 1) -> "Series":
+        """Return the parametrisation by sines and cosines of single harmonics, of a path passed several times."""
+        shapes = np.eye(2 * harmonics).reshape(2, harmonics, 2 * harmonics)
+        usual = np.arange(1.0, harmonics + 1.0) ** -0.5
+        return cls(limits=limits, shapes=shapes, usual=usual, duration=duration, times=times)
+
+    @classmethod
+    def holds(cls, limits: Limits, duration: float) -> "Series":
+        """Return the parametrisation by the poses at the ends of the legs, to which the weights are proportional.
+
+        Raises `ScenarioError` if sweeps and holds would be too short.
+        """
+        if duration < SHORTEST:
+            raise ScenarioError(
+                f"--duration {duration:g}: {4 * LEGS} slow sweeps and as many holds need {SHORTEST:g} s or more"
+            )
+        there = np.linspace(0.0, LEGS, 2 * LEGS + 1)
+        visits = np.concatenate((there, there[-2::-1]))  # in legs from the first pose
+        begin = (1.0 + HOLD) * np.arange(len(visits)) - 0.5 * HOLD  # duration of each hold relative to a sweep
+        period = begin[-1] + 0.5 * HOLD
+        t = period * np.arange(GRID) / GRID
+        way = np.interp(t, np.column_stack((begin, begin + HOLD)).ravel(), np.repeat(visits, 2))
+        ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # linear between neighbours
+        f = np.arange(1, HARMONICS + 1) / period
+        cosine = 2.0 / GRID * np.fft.rfft(ends)[:, 1 : HARMONICS + 1].real
+        cosine *= np.exp(-2.0 * (np.pi * SMOOTH * HOLD * f) ** 2)
+        shapes = np.concatenate((np.zeros_like(cosine), cosine), axis=1)[None]
+        return cls(limits=limits, shapes=shapes, usual=np.ones(LEGS + 1), duration=duration)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.limits.lower)
+
+    @property
+    def harmonics(self) -> int:
+        """Number of harmonics of a passage."""
+        return self.shapes.shape[2] // 2
+
+    def motion(self, x: Array) -> FourierTrajectory:
+        """Return the motion of a point, shape (2 n + B n K,)."""
+        n, (blocks, count, _) = self.n, self.shapes.shape
+        sine, cosine = np.split((x[2 * n :].reshape(blocks, n, count) @ self.shapes).sum(axis=0), 2, axis=1)
+        once, last = at_rest(x[:n], sine, cosine, self.duration), np.eye(1, self.times, self.times - 1)
+        raw = replace(once, sine=np.kron(once.sine, last), cosine=np.kron(once.cosine, last))
+        share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
+        scale = (share * self.limits.largest_scale(raw))[:, None]
+        return replace(raw, sine=scale * raw.sine, cosine=scale * raw.cosine)
+
+    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
+        """Return the point of a random motion about a position."""
+        shares = rng.uniform(-1.0, 2.0, self.n)
+        weights = self.usual * rng.standard_normal((len(self.shapes), self.n, len(self.usual)))
+        return np.concatenate((start, shares, weights.ravel()))
+
+    def point(self, motion: FourierTrajectory) -> Array:
+        """Return the point of a motion with at most these harmonics; amplitudes are at least the smallest share."""
+        room = self.limits.largest_scale(motion)
+        share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
+        blocks, count, width = self.shapes.shape
+        series = np.zeros((self.n, 2, self.harmonics))
+        series[..., : motion.sine.shape[1]] = np.stack((motion.sine, motion.cosine), axis=1)
+        weights = series.reshape(self.n, width) @ np.linalg.pinv(self.shapes.reshape(-1, width))
+        weights *= np.sqrt(np.mean(self.usual**2) / np.mean(weights**2, axis=1, keepdims=True))
+        parts = weights.reshape(self.n, blocks, count).swapaxes(0, 1)
+        return np.concatenate((motion.center, special.logit(share), parts.ravel()))
+
+
+def hold_design(design: Design) -> tuple[Design, Mask]:
+    """Return a design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
+
+    Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest
+    have no weight. Raises `ScenarioError` if the payload loads none of these joints at rest.
+    """
+    structure = design.structure
+    q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
+    still = np.zeros_like(q)
+    columns = regressor(structure.arm, q, still, still)[:, :, structure.payload_columns]
+    torque = np.abs(columns @ design.carried.chi).max(axis=0)
+    unloaded = torque <= LEAST_LOAD * torque.max()
+    wanted = design.joints[~unloaded[design.joints]]
+    if not len(wanted):
+        raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")
+    fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
+    limits = replace(
+        design.limits,
+        velocity=np.minimum(design.limits.velocity, fast / SHARES["speed"]),
+        torque=TORQUE_SHARE / SHARES["torque"] * design.limits.torque,
+    )
+    return replace(design, limits=limits, joints=wanted, slow=slow, searched_hz=SEARCHED_HZ), unloaded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -81,4 +81,4 @@ def test_gains_that_are_none_or_weigh_nothing_are_one_line(weighed_cell, capsys)
     for given, message in FAULTS.items():
         assert message in refused(capsys, [*identified(weighed_cell), "--compare-with", given])
     bare = [*identified(weighed_cell)[:5], "--compare-with", "1,1,1,1,1,1"]
-    assert "--compare-with: bare recordings have no payload to estimate; add --loaded B" in refused(capsys, bare)
+    assert "--compare-with: bare recordings give only ratios of gains; add --loaded B" in refused(capsys, bare)

@@ -17,8 +17,7 @@ from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from scenarios.cli import main
 from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
-from scenarios.design.parametrisations import LEGS, Series, hold_design
-from scenarios.design.search import Found, best_fitted, judge_in, random_point, search, starts
+from scenarios.design.search import LEGS, Found, Series, best_fitted, hold_design, judge_in, search, starts
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.prediction.deviations import Carried
@@ -64,7 +63,7 @@ def test_the_best_of_random_motions_about_every_start_in_turn_is_taken(design):
 
     series = Series.harmonic(design.limits, 3, 9.0)
     places = np.array([[0.1, 0.2, 0.3], [-0.4, -0.5, -0.6]])
-    begun = random_point(series, places, 2, judge)
+    begun = module.random_point(series, places, 2, judge)
     np.testing.assert_array_equal([each[:3] for each in seen[6:8]], places)
     np.testing.assert_array_equal(begun.x, seen[7])
     assert (begun.cost, begun.tried) == (0.25, 0)

@@ -82,7 +82,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(
     patched = ["patch", MODEL, "--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "new.xml")]
     for given, message in (
         ([*patched, "--unseen", str(run / "heavy.parquet")], "the gains were identified from this recording"),
-        ([*words[:5], "--unseen", str(run / "light.parquet")], "--unseen: bare recordings give no gains to predict"),
+        ([*words[:5], "--unseen", str(run / "light.parquet")], "--unseen: bare recordings give only ratios"),
         (["verify", *words[1:-2], *patched[2:4], "--compare-with", "1,1,1,1,1,1"], "no motion is given to predict"),
     ):
         assert message in refused(capsys, given)

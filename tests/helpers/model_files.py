@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 LINKS = (
     ("shoulder_pan", "0 0 0.163", "0 0 0", "0 0 1"),
@@ -226,36 +224,3 @@ def no_limits() -> str:
         text += urdf_joint(f"a{k}", kind, (above, f"l{k}"), place, limit)
         above, height = f"l{k}", length
     return f'<robot name="no_limits">{text}</robot>'
-
-
-def random_arm_urdf(seed: int) -> str:
-    """A URDF that nobody designed: five to eight joints, axes tilted at random, some sliding, no two in a row.
-
-    Links become shorter and lighter; their moments are those of turned rods about thrice as long as thick.
-    """
-    rng = np.random.default_rng(seed)
-    text, above, slid = '<link name="base"/>', "base", True  # the first joint turns
-    for k in range(int(rng.integers(5, 9))):
-        slid = not slid and rng.random() < 0.15
-        axis, mass, length = _direction(rng), 11.0 * 0.7**k, 0.32 * 0.85**k
-        xyz = length * (_direction(rng) + np.array([0.0, 0.0, 2.0])) / 2.4
-        place = f'<origin xyz="{_words(xyz)}" rpy="{_words(rng.uniform(-0.5, 0.5, 3))}"/><axis xyz="{_words(axis)}"/>'
-        limit = ends(-0.15, 0.2, 0, 0.6) if slid else ends(-2.6, 2.4, 0, 2.2)
-        kind = "prismatic" if slid else "revolute"
-        text += urdf_joint(f"joint{k + 1}", kind, (above, f"link{k + 1}"), place, limit)
-        long, across = mass * length**2 / 10.0, mass * length**2 / 40.0
-        centre = _words(0.4 * length * _direction(rng))
-        moments = (f"{long:.5g}", f"{0.9 * long:.5g}", f"{across:.5g}", 0, 0, 0)
-        origin = f'<origin xyz="{centre}" rpy="{_words(rng.uniform(-1.0, 1.0, 3))}"/>'
-        text += urdf_link(f"link{k + 1}", f"{mass:.5g}", moments, origin)
-        above = f"link{k + 1}"
-    return f'<robot name="arm{seed}">{text}</robot>'
-
-
-def _direction(rng: np.random.Generator) -> np.ndarray:
-    vector = rng.standard_normal(3)
-    return vector / np.linalg.norm(vector)
-
-
-def _words(numbers: np.ndarray) -> str:
-    return " ".join(f"{x:.6g}" for x in numbers)

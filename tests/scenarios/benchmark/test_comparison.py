@@ -15,7 +15,6 @@ from rich.console import Console
 from scenarios.benchmark.comparison import ComparedScenario, Comparison
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
 from scenarios.benchmark.study import METHOD, comparison
-from scenarios.cli import main
 from scenarios.experiments.loaded_scenario import load
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, study_identity
@@ -118,8 +117,7 @@ def test_other_methods_other_limits_and_changed_files_are_another_study(scenario
 def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, capsys):
     methods = ["--method", STUBS[1], "--method", "exec: false"]
     words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
-    assert main([*words, "--seed", "5", "--json"]) == 0
-    said = printed(capsys, "compare")
+    said = printed(capsys, "compare", [*words, "--seed", "5"])
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
     text = (tmp_path / "o" / "report.md").read_text()
     assert said["scenarios"][0]["name"] == "quick"

@@ -9,7 +9,6 @@ import pytest
 from printed import printed
 
 from scenarios.benchmark.paper import checks_of, run_paper, write_paper
-from scenarios.cli import main
 from scenarios.rendering.content import Paragraph
 from scenarios.results.pages import page_of
 from scenarios.support.errors import ScenarioError
@@ -77,8 +76,7 @@ def test_cases_use_the_gains_they_say(repeated, found):
 
 def test_paper_writes_tables_figures_and_raw_numbers(repeated, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("scenarios.benchmark.paper.run_paper", lambda seed, **_: repeated if seed == 0 else None)
-    assert main(["paper", "--out", str(tmp_path / "out"), "--json"]) == 0
-    document = printed(capsys, "paper")
+    document = printed(capsys, "paper", ["paper", "--out", str(tmp_path / "out")])
     assert list(document) == ["gains", "cases", "second_payload", "checks", "passed"]
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"paper.md", "rows.parquet", "paper.json", ".rx90.json"}

@@ -49,8 +49,7 @@ def cell(tmp_path_factory) -> Path:
 
 
 def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
-    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), "--json"]) == 0
-    found = printed(capsys, "check")
+    found = printed(capsys, "check", ["check", str(cell / "arm.urdf"), str(cell / "bare.parquet")])
     assert found["verdict"] != "wrong"
     assert found["readings"]["better"] == []
     assert found["readings"]["driven_by_friction"] == []
@@ -79,8 +78,7 @@ def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, caps
     (line,) = [line for line in lines if "is clipped at" in line]
     assert line.startswith("WRONG clipped.parquet: v4 is clipped at its largest value ")
     assert line.endswith(". Move more slowly or carry less.")
-    assert main([*words, "--json"]) == 1
-    found = printed(capsys, "check")
+    found = printed(capsys, "check", [*words], status=1)
     (clipped,) = [each for each in found["diagnoses"] if each["name"] == "clipping" and each["severity"] == "wrong"]
     (same,) = [each for each in found["lines"] if each["what"] == "clipping" and each["verdict"] == "wrong"]
     assert clipped["joints"] == [4]
@@ -113,18 +111,6 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
         named_robot("rx90", flange="link5")
     with pytest.raises(WrongValue, match="not an empty word"):
         named_robot("")
-
-
-def test_commands_on_logs_take_a_built_in_robot_by_name(tmp_path, monkeypatch, capsys):
-    (tmp_path / "short.csv").write_text("t,q1\n0.7,0.3\n")
-    (tmp_path / "p.toml").write_text('mass = 2.3\nknown = "mass"\n')
-    gains = (f"[[gains]]\njoint = {j}\nestimate = {j}.7\nstd = 0.1\n" for j in range(1, 7))
-    (tmp_path / "g.toml").write_text("".join(gains))
-    monkeypatch.chdir(tmp_path)
-    loaded, file = ["--loaded", "short.csv", "--payload", "p.toml"], ["--gains", "g.toml"]
-    for words in (["identify", *loaded], ["verify", *loaded, *file], ["payload-of", "short.csv", *file]):
-        line = refused(capsys, [*words, "--unloaded", "short.csv", "--model", "tx40"])
-        assert "short.csv" in line  # the robot is found, the log is read
 
 
 def test_a_coupling_of_a_robot_s_file_whose_motor_is_nearer_to_the_base_is_refused(tmp_path):

@@ -25,8 +25,7 @@ def listed(cell: Path, factors: tuple[float, ...]) -> str:
 def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_cell, tmp_path, capsys):
     sheet = listed(weighed_cell, (1.0, 1.25, 0.8, 1.0, 1.0, 1.0))
     words = [*identified(weighed_cell), *PLAIN]
-    assert main([*words, "--compare-with", sheet, "--save", str(tmp_path / "saved"), "--json"]) == 0
-    result = printed(capsys, "result")
+    result = printed(capsys, "result", [*words, "--compare-with", sheet, "--save", str(tmp_path / "saved")])
     cost = result["cost"]
     weight = read_payload(weighed_cell / "run" / "payload-heavy.toml")
     mass = cost["payload"][0]

@@ -108,17 +108,6 @@ def test_a_bags_joints_are_ordered_by_the_model_or_by_name(cell, tmp_path, order
     np.testing.assert_array_equal(read_recording(tmp_path / "log.parquet").v, V[:, [4, 1]])
 
 
-def test_names_that_are_said_go_before_those_of_the_model(tmp_path, cell):
-    log = (cell / "own.csv").read_text().split("\n", 1)
-    renamed = ",".join(["time", *(f"left_{j}" for j in JOINTS), *(f"i_left_{j}" for j in JOINTS)])
-    (tmp_path / "log.csv").write_text(f"{renamed}\n{log[1]}")
-    words = ["convert", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out.csv"), "--signal", "current"]
-    words += ["--columns", "t=time[s]", "q={joint}[rad]", "v=i_{joint}[A]", "--model", str(cell / "arm.xml")]
-    assert main([*words, "--joints", ",".join(f"left_{j}" for j in JOINTS)]) == 0
-    np.testing.assert_array_equal(read_recording(tmp_path / "out.csv").v, V)
-    assert main([*words, "--force"]) == 2
-
-
 LOGS = {
     "an unknown ending": (["own.csv", "--out", "log.pq"], r"log\.pq: unknown ending '\.pq' .*\.parquet, \.csv, \.txt"),
     "three rows": (["three.csv"], r"three\.csv: 3 samples are too few"),

@@ -141,8 +141,7 @@ def quick(folder: Path, motion: FourierTrajectory, capsys: pytest.CaptureFixture
     strong = "[plant]\ncurrent_limit = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]\n"  # or fast motions are refused for their torque
     path.write_text(path.read_text() + strong)
     write_motion(motion, folder / "short.toml", [])
-    assert main(["record", str(path), "--out", str(folder), "--rate", str(RATE), "--json"]) == 0
-    return printed(capsys, "record")
+    return printed(capsys, "record", ["record", str(path), "--out", str(folder), "--rate", str(RATE)])
 
 
 @pytest.mark.usefixtures("_unforeseen")

@@ -42,8 +42,7 @@ def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(wei
 def test_gains_that_moved_are_named(weighed_cell, capsys):
     off(weighed_cell, 3, 1.2, "moved.json")
     first, second = str(weighed_cell / "gains.toml"), str(weighed_cell / "moved.json")
-    assert main(["verify", first, second, "--json"]) == 1
-    found = printed(capsys, "verify-gains")
+    found = printed(capsys, "verify-gains", ["verify", first, second], status=1)
     assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
     np.testing.assert_allclose(found["joints"][2]["B"], 1.2 * found["joints"][2]["A"], rtol=1e-9)
@@ -87,8 +86,7 @@ def test_what_changed_is_concluded_with_its_measure(tmp_path, capsys, A, B, rel_
     out = " ".join(capsys.readouterr().out.split())
     assert all(words in out for words in said)
     assert ("Change common to" in out) is ("for all joints together" in out) is (len(A) > 1)
-    assert main(["verify", *files, "--json"]) == status
-    found = printed(capsys, "verify-gains")
+    found = printed(capsys, "verify-gains", ["verify", *files], status=status)
     assert sharing is None or found["scale_joints"] == sharing
     assert (found["pattern"] is None) is (len(A) == 1)
     for each in found["joints"]:
@@ -113,8 +111,7 @@ def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
 
 def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     words = [*identified(weighed_cell)[:5], "--max-rel-std", "0.5", *PLAIN]
-    assert main([*words, "--json"]) == 0
-    found = printed(capsys, "identify-bare")
+    found = printed(capsys, "identify-bare", [*words])
     assert len(found["joints"]) == 6
     assert all(0.0 < each["fitted_rel_error"] < each["predicted_rel_error"] for each in found["joints"])
     shown = [each for each in found["joints"] if each["ratio"] is not None]
@@ -129,8 +126,7 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert f" to joint {found['reference']} is " in " ".join(said.split())
     assert "Essential base parameters, in SI" in said
     assert "Physically consistent links, in SI" in said
-    assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--json"]) == 0
-    found = printed(capsys, "identify-bare")
+    found = printed(capsys, "identify-bare", [*words, "--gains", str(weighed_cell / "gains.toml")])
     own = read_gains(weighed_cell / "gains.toml").gains
     assert [each["gain"] for each in found["joints"]] == [each.estimate for each in own]
     assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6

@@ -1,4 +1,3 @@
-import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -7,7 +6,7 @@ import numpy as np
 import pytest
 from bad_files import refused
 from printed import printed
-from weighed_cell import MODEL, PLAIN, heavier, identified, light, with_other
+from weighed_cell import MODEL, PLAIN, heavier, identified, light
 
 import ident
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
@@ -93,15 +92,3 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(
     line = refused(capsys, [*words, "--unseen", str(run / "light.parquet")])
     assert "light.parquet, the motion to predict: " in line
     assert "v is scaled; if it carries a payload, state it" in line
-
-
-@pytest.mark.slow
-def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):
-    log = ident.read(weighed_cell / "run" / "light.parquet").recording
-    write_recording(replace(log, q=np.rad2deg(log.q)), tmp_path / "degrees.parquet")
-    unseen = ["--unseen", str(tmp_path / "degrees.parquet"), *light(weighed_cell)[2:]]
-    for words in ([*identified(weighed_cell), *PLAIN, *unseen], with_other(patching, *unseen[:2])):
-        assert re.search(r"degrees\.parquet(, the motion to predict)?: .*degrees", refused(capsys, words))
-    write_recording(replace(log, v=log.v[:, [0, 2, 1, 3, 4, 5]]), tmp_path / "order.parquet")
-    line = refused(capsys, with_other(patching, "--unseen", str(tmp_path / "order.parquet")))  # by itself
-    assert "order.parquet, the motion to predict: columns v2 and v3 are exchanged" in line

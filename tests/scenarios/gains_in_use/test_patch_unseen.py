@@ -104,20 +104,6 @@ def test_a_copy_that_beats_the_model_and_predicts_nothing_is_not_written(
     assert "NOT WRITTEN" in out
 
 
-def test_a_copy_is_compared_with_the_same_arm_and_friction_with_the_gains_of_the_data_sheet(
-    patch, patching, weighed_cell, tmp_path
-):
-    off(weighed_cell, 3, 1.6, "off.json")
-    good, wrong = str(weighed_cell / "gains.toml"), str(weighed_cell / "off.json")
-    words = [*with_other(patching, "--gains", wrong), "--arm", str(tmp_path / "bare.json")]
-    assert patch(words=words, passes=False)["verdict"] == "better"  # than the model, which has no friction
-    lost, won = patch("--nominal", good, words=words, passes=False), patch("--nominal", wrong, passes=True)
-    assert (lost["verdict"], won["verdict"]) == ("worse", "better")
-    for one, other in ((lost, won), (won, lost)):
-        # The copy of one is the rival of the other: friction in currents is that of bare.json, whatever the gain.
-        assert [each["other_rel_error"] for each in other["joints"]] == [each["rel_error"] for each in one["joints"]]
-
-
 @pytest.mark.slow
 def test_a_copy_with_links_of_bare_motions_must_predict_as_these_predict_each_other(patching, tmp_path, capsys):
     structure, nominal = structure_of(load_arm(MODEL)), nominal_links(Path(MODEL), None)

@@ -27,8 +27,7 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
     assert main([*words, str(out)]) == 0
     said, missing = " ".join(capsys.readouterr().out.split()), []
     assert "The gains are of robot rx90. Logs do not name their robot" in said
-    assert main([*words, str(out), "--json"]) == 0
-    document = printed(capsys, "torque")
+    document = printed(capsys, "torque", [*words, str(out)])
     table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(file)
     for entry in gains.gains:
         name = f"tau{entry.joint}"
@@ -92,8 +91,7 @@ def test_torques_of_a_negative_gain_come_with_a_note(weighed_cell, tmp_path, cap
         values = (13, 11, 7, fourth, 12, 8)
         gains.write_text("".join(f"[[gains]]\njoint = {j}\nestimate = {g}\nstd = 0\n" for j, g in enumerate(values, 1)))
         log = str(weighed_cell / "run" / "light.parquet")
-        assert main(["torque", log, "--gains", str(gains), "--out", out, "--json"]) == 0
-        notes = printed(capsys, "torque")["notes"]
+        notes = printed(capsys, "torque", ["torque", log, "--gains", str(gains), "--out", out])["notes"]
         assert [note.partition(": ")[0] for note in notes] == [f"joint {j}" for j in joints]
 
 

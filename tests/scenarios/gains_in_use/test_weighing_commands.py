@@ -57,8 +57,7 @@ def test_a_gain_that_is_off_is_named_by_its_joint_and_a_weight_stated_wrong_blam
     third = found["joints"][2]
     assert abs(third["rel_error"] - 0.2) < 4.0 * third["rel_std"]
     wrong = heavier(weighed_cell, 1.2, tmp_path)
-    assert main([*with_other(verified(weighed_cell), "--payload", wrong), "--json"]) == 1
-    common = printed(capsys, "verify")["common"]
+    common = printed(capsys, "verify", [*with_other(verified(weighed_cell), "--payload", wrong)], status=1)["common"]
     # 1 / 1.2 - 1, and what the gains of joints leave.
     assert abs(common["rel_error"] + 1.0 / 6.0) < 4.0 * common["rel_std"] < 0.1
     assert common["apart"] == []
@@ -87,8 +86,7 @@ def test_what_weighs_nothing_is_refused(weighed_cell, tmp_path, capsys):
 
 
 def test_an_unknown_payload_is_found_with_the_gains_and_joints_that_disagree_are_named(weighed_cell, capsys):
-    assert main([*weighed(weighed_cell), "--json"]) == 0
-    found = printed(capsys, "payload-of")
+    found = printed(capsys, "payload-of", [*weighed(weighed_cell)])
     body = {each["quantity"]: each for each in found["body"]}
     for name, true in {"mass": 4.275, "x": 0.0, "y": 0.0, "z": 0.12016}.items():
         assert abs(body[name]["estimate"] - true) < 4.0 * body[name]["std"], name

@@ -157,8 +157,7 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr("scenarios.prediction.budget.predicted_budget", once)
     words = ["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb"]
-    assert main([*words, "--json"]) == 0
-    found = printed(capsys, "predict")
+    found = printed(capsys, "predict", [*words])
     assert found["method"] == "nls"
     assert [joint["joint"] for joint in found["joints"]] == [1, 2, 3, 5]
     without = {"clocks of drives", "lost and repeated samples"}

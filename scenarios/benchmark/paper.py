@@ -30,6 +30,7 @@ from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
 from ident.support.naming import one_line
+from scenarios.benchmark.methods import AnswerGain
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import body_of
@@ -92,17 +93,10 @@ class Claim(_Finite):
     holds: bool = Field(description="Whether the simulated experiment confirms it")
 
 
-class PaperGain(_Finite):
-    """The drive gain of one joint by eq. 27."""
+class PaperGain(AnswerGain):
+    """The drive gain of one joint by eq. 27, with its standard deviation from the residual as in the paper."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
     true: float = Field(description="Injected gain [N m / drive unit]")
-    estimate: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
-    std: float | None = Field(
-        description="Standard deviation of the estimate, from the residual as in the paper [N m / drive unit]"
-    )
-    identifiable: bool = Field(description="Whether there is an estimate")
-    reason: str | None = Field(description="Why the joint is refused")
 
 
 class PaperParameter(_Finite):

@@ -5,7 +5,7 @@ from robot_folders import robot_folder
 from ident.model.arm import load_arm
 from ident.model.parameters import STANDARD
 from ident.model.structure import Structure, structure_of
-from ident.payload.payload import KnownPayload, Payload
+from ident.payload.payload import Payload
 from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, ArmModel, Carried, MotionRows, predicted
 from sim.plant import PayloadBody, Plant
 from sim.robot import read_robot
@@ -103,41 +103,3 @@ def test_joint_by_joint_is_equation_27_written_out(arm, known):
         np.testing.assert_allclose(found.noise[j], noise, rtol=SQUARED)
         error = np.concatenate([0.0 * Y @ what.known.spread, Y @ what.known.spread])
         np.testing.assert_allclose(found.payload[j], noise**2 * np.linalg.norm(left @ error) / s[j] ** 2, rtol=SQUARED)
-
-
-@pytest.mark.parametrize("method", ["nls", "iv"])
-def test_a_payload_that_is_off_by_a_share_puts_every_gain_off_by_that_share(arm, method):
-    structure, rows = arm
-    what = Carried.nominal(payload("all"))
-    off = Carried(
-        chi=what.chi, known=KnownPayload(names=what.known.names, chi=what.chi, spread=0.013 * what.chi[:, None])
-    )
-    found = predicted(rows, structure, method)(off)
-    # What is known of a gain beforehand holds it back by the share that it has in the information, noise^2.
-    np.testing.assert_allclose(found.payload, 0.013, rtol=0, atol=0.013 * 3.0 * float(found.noise.max()) ** 2)
-    assert not predicted(rows, structure, method)(what).payload.any()
-
-
-def test_a_joint_that_a_payload_does_not_load_has_the_deviation_it_had_beforehand(arm):
-    structure, rows = arm
-    nothing = Carried(chi=np.zeros(10), known=payload("all").known_part())
-    np.testing.assert_allclose(
-        predicted(rows, structure, "ls-2011")(nothing).noise, PRIOR, rtol=1e-12
-    )  # no information
-    # Without newtons the ratios of the gains are known and their common scale is not: its mean keeps the deviation.
-    found = predicted(rows, structure, "nls")(nothing).noise
-    np.testing.assert_allclose(found, PRIOR / np.sqrt(3.0), rtol=0.02)  # ratios are known to a percent or two
-
-
-def test_rows_in_proportion_to_time_make_deviations_independent_of_the_rate_they_are_sampled_at(arm):
-    structure, rows = arm
-    twice = MotionRows(
-        motion=rows.motion,
-        **{name: np.repeat(getattr(rows, name), 2, axis=0) for name in ("W", "Y", "rigid", "bare")},
-        rate_hz=2.0 * RATE,
-    )
-    for method in ("nls", "ls-2011"):
-        once, again = (
-            predicted(each, structure, method)(Carried.nominal(payload("all"))).noise for each in (rows, twice)
-        )
-        np.testing.assert_allclose(again, once, rtol=1e-9)  # rounding, squared

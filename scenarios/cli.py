@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from ident.support.errors import IdentificationError
-from ident.support.naming import nearest, needed_extra
+from ident.support.naming import nearest, needed_extra, shown
 from scenarios.command_line import arguments
 from scenarios.command_line.process import (
     MEANINGS,
@@ -94,7 +94,7 @@ def _carried_out(words: list[str]) -> Status:
     parser = parser_of([] if name is None else [name])
     if name is not None and name not in COMMANDS:
         known = f"; known: {', '.join(COMMANDS)}"
-        parser.error(f"no command {arguments.quoted(name)}{nearest(name, COMMANDS) or known}")
+        parser.error(f"no command {shown(name)}{nearest(name, COMMANDS) or known}")
     for word in words:  # records, log formats and MuJoCo support no other names of files
         if any("\ud800" <= c <= "\udfff" for c in word):
             escaped = os.fsencode(word).decode("utf-8", "backslashreplace")
@@ -221,7 +221,7 @@ class OneLineParser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             names = [str(choice) for choice in action.choices]
             advice = f"{nearest(str(value), names)}; known: {', '.join(names)}"
-            raise argparse.ArgumentError(action, f"invalid choice: {arguments.quoted(str(value))}{advice}")
+            raise argparse.ArgumentError(action, f"invalid choice: {shown(str(value))}{advice}")
 
     def error(self, message: str) -> NoReturn:
         """Report an error and exit with status 2."""

@@ -18,7 +18,6 @@ from ident.support.naming import enumerated, one_line
 from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
 from scenarios.rendering.content import (
-    NONE,
     Cell,
     Heading,
     Mood,
@@ -55,9 +54,8 @@ RULE = (
     "Time: median of a call, including process start and reading of files."
 )
 MEANING = (
-    "Bias, std: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
-    "estimated standard deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
-    "(Clopper and Pearson)."
+    "Bias, std: mean and standard deviation of the error. Within: share of trials with an error below two estimated "
+    "standard deviations (95.4 % if these are correct)."
 )
 
 
@@ -138,9 +136,9 @@ class ComparedScenario(ResultModel):
             column("Std [%]", lambda row: percent(row[1].spread)),
             column("Rms [%]", lambda row: percent(row[1].rms)),
             column("95 %\nbelow [%]", lambda row: percent(row[1].p95)),
-            column("Within\n1 sigma [%]", lambda row: _held(row[1].cover_1)[0], file_only=True),
-            column("Within\n2 sigma [%]", lambda row: _held(row[1].cover_2)[0]),
-            column("95 % interval [%]", lambda row: _held(row[1].cover_2)[1], file_only=True),
+            column(
+                "Within\n2 sigma [%]", lambda row: percent(None if (x := row[1].cover_2) is None else x.share, ".1f")
+            ),
             column("Estimated\nstd [%]", lambda row: percent(row[1].claimed)),
         )
         if self.unposed:
@@ -220,14 +218,6 @@ def _best(methods: Sequence[MethodSummary]) -> str:
 
 def _bad(count: int) -> Cell:
     return Cell(str(count), Mood.BAD if count else Mood.PLAIN)
-
-
-def _held(found: Coverage | None) -> tuple[str, str]:
-    """Return a coverage and its interval [%]."""
-    if found is None:
-        return NONE, NONE
-    share, low, high = (percent(each, ".1f") for each in (found.share, found.low, found.high))
-    return share, f"{low}..{high}"
 
 
 def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedScenario:

@@ -7,19 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
+from ident.support.naming import shown
 from scenarios.experiments.scenario_files import SEEDS
 
 Number = TypeVar("Number", int, float)
-LONGEST = 40
-"""Number of characters of an argument in a message."""
 AUTO = "auto"
 """Word in place of a number that is to be estimated."""
 GAINS_ENDINGS = (".json", ".toml")
-
-
-def quoted(text: str) -> str:
-    """Return an argument or its beginning."""
-    return repr(text) if len(text) <= LONGEST else f"{text[:LONGEST]!r}..."
 
 
 def whole(text: str) -> int:
@@ -27,7 +21,7 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is not a whole number") from None
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a whole number") from None
 
 
 def number(text: str) -> float:
@@ -35,9 +29,9 @@ def number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is not a number") from None
+        raise argparse.ArgumentTypeError(f"{shown(text)} is not a number") from None
     if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"expected a finite number, got {quoted(text)}")
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {shown(text)}")
     return value
 
 
@@ -101,7 +95,7 @@ def folder(text: str) -> Path:
     if not text:
         raise argparse.ArgumentTypeError("expected the name of a folder")
     if Path(text).is_file():
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is a file; expected a folder")
+        raise argparse.ArgumentTypeError(f"{shown(text)} is a file; expected a folder")
     return Path(text)
 
 
@@ -109,7 +103,7 @@ def gains_file(text: str, known: Sequence[str] = GAINS_ENDINGS) -> Path:
     """A file whose name has one of the endings, those of a file of gains; they determine the format."""
     path = file(text)
     if path.suffix.lower() not in known:
-        raise argparse.ArgumentTypeError(f"{quoted(text)}: expected a file name that ends with {' or '.join(known)}")
+        raise argparse.ArgumentTypeError(f"{shown(text)}: expected a file name that ends with {' or '.join(known)}")
     return path
 
 

@@ -12,6 +12,8 @@ from enum import IntEnum
 from types import FrameType
 from typing import TextIO
 
+from ident.support.naming import one_line
+
 
 class Status(IntEnum):
     """Exit status of a command."""
@@ -110,16 +112,11 @@ def abandon(stream: TextIO) -> None:
 
 
 def complain(message: str, program: str = "rx90") -> None:
-    """Write a message in one line to stderr, with any characters."""
+    """Write a message in one line to stderr."""
     try:
-        print(f"{program}: {printable(message)}", file=sys.stderr, flush=True)  # noqa: T201
+        print(f"{program}: {one_line(message)}", file=sys.stderr, flush=True)  # noqa: T201
     except OSError:  # the reader may have ended
         abandon(sys.stderr)
-
-
-def printable(text: str) -> str:
-    """Return the text in one line with printable characters; others are escaped as in Python."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 @contextlib.contextmanager

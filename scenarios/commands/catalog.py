@@ -10,9 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ident.support.naming import needed_extra
+from ident.support.naming import needed_extra, one_line
 from scenarios.command_line import arguments, output
-from scenarios.command_line.process import Status, printable, with_opengl, write
+from scenarios.command_line.process import Status, with_opengl, write
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.support.errors import ScenarioError
 
@@ -108,7 +108,7 @@ def view_command(options: argparse.Namespace) -> Status:
         stages.begin("drawing", len(times))
         labelled = (_captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
         write_pictures(path, counted(labelled, stages))
-    write(f"{printable(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}\n")
+    write(f"{one_line(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}\n")
     return Status.PASSED
 
 

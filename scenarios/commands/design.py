@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ident.support.naming import one_line
 from scenarios.command_line import arguments, output
-from scenarios.command_line.process import Status, complain, ending, printable
+from scenarios.command_line.process import Status, complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers
 from scenarios.support.errors import ScenarioError
 
@@ -224,7 +225,7 @@ def found_by(options: argparse.Namespace) -> str:
         if getattr(options, name) is not None:
             words += [f"--{name}", f"{getattr(options, name):.12g}"]
     words += ["--improve"] if options.improve else []
-    return printable(shlex.join(words))
+    return one_line(shlex.join(words))
 
 
 def payload_arguments(parser: argparse.ArgumentParser) -> None:

@@ -29,8 +29,7 @@ def record_command(options: argparse.Namespace) -> Status:
     """Write instructions, the motion and missing payload files; existing ones may have measured values and are kept."""
     claim = output.right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
     from ident.diagnosis.diagnose import horizon
-    from ident.payload.payload import read_payload, write_payload
-    from ident.support.errors import PayloadError
+    from ident.payload.payload import write_payload
     from scenarios.design.record import Recorded, controller_files, instructions, sampled
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
@@ -53,16 +52,9 @@ def record_command(options: argparse.Namespace) -> Status:
     recorded.files = [str(claim.folder / name) for name in (PAGE, *texts)]
     for mounting, payload in payloads.items():
         path = claim.folder / payload_file(mounting)
+        (recorded.kept if path.exists() else recorded.files).append(str(path))
         if not path.exists():
             write_payload(payload, path, comment=schema_line("payload"))
-            recorded.files.append(str(path))
-            continue
-        try:
-            same = read_payload(path) == payload
-        except PayloadError:
-            same = False
-        if not same:
-            recorded.kept.append(str(path))
     return output.show(recorded.report(page.title), options)
 
 

@@ -35,7 +35,7 @@ REST = 2.0
 SERVOJ = "lookahead_time=0.1, gain=300"
 """Defaults of URScript: smoothing [s] and stiffness."""
 URSCRIPT_JOINTS = 6
-KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"
+KEPT = "kept, as it may have measured values; without it, this command writes the scenario's payload"
 """Remark on an existing payload file."""
 SETTINGS = (
     "Set the mounted payload in the controller, as its manual requires. Motor currents, measured or commanded, remain "
@@ -131,7 +131,7 @@ class Recorded(ResultModel):
     """What `rx90 record --json` prints."""
 
     files: list[str] = Field(description="Files that were written")
-    kept: list[str] = Field(description="Existing payload files that differ from the scenario's payloads")
+    kept: list[str] = Field(description="Payload files that were there, and may have measured values")
     samples: int = Field(description="Number of samples of the motion")
     duration_s: float = Field(description="Time from the first to the last sample [s]")
     joints: list[RecordedJoint] = Field(description="One entry per joint, in order")
@@ -193,7 +193,7 @@ class Recorded(ResultModel):
         yield from self.motion()
         yield Paragraph("Move the robot slowly to the start above, and run the motion at low speed first.")
         yield from (Paragraph(one_line(f"{each}: written")) for each in self.files)
-        yield from (Paragraph(one_line(f"{each}: {KEPT}"), Mood.DOUBTFUL) for each in self.kept)
+        yield from (Paragraph(one_line(f"{each}: {KEPT}")) for each in self.kept)
 
 
 def instructions(

@@ -57,16 +57,12 @@ TAIL = 4000
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method of a comparison.
-
-    Attributes:
-        words: The command without its last argument, the problem's folder.
-        digests: Digest of each known file of the method, and version of each package that it imports (without those of
-            every study), by name. With another digest or version the method is a different one.
-    """
+    """A method of a comparison."""
 
     text: str
-    words: tuple[str, ...]
+    words: tuple[str, ...]  # the command without its last argument, the problem's folder
+    # Digest of each known file of the method, and version of each package that it imports (without those of every
+    # study), by name. With another digest or version the method is a different one:
     digests: tuple[tuple[str, str], ...] = ()
 
 

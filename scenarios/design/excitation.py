@@ -113,25 +113,18 @@ class Limits:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Design:
-    """A design problem, which evaluates motions and payloads.
+    """A design problem, which evaluates motions and payloads."""
 
-    Attributes:
-        plant: The assumed robot, with the payload for the distances.
-        joints: Joints whose gains are to be identified, from 0.
-        slow: Joint speeds at which a row has half its weight [rad/s], shape (n,); None for rows of equal weight.
-        solids: Shapes of the payload, None for a cylinder with its inertia.
-        searched_hz: Sampling rate during the search [Hz].
-    """
-
-    plant: Plant
+    plant: Plant  # the assumed robot, with the payload for the distances
     structure: Structure
     limits: Limits
-    joints: Indices
+    joints: Indices  # joints whose gains are to be identified, from 0
     carried: Carried
     method: str
+    # Joint speeds at which a row has half its weight [rad/s], shape (n,); None for rows of equal weight:
     slow: Array | None = None
-    solids: tuple[Solid, ...] | None = None
-    searched_hz: float = SEARCHED_HZ
+    solids: tuple[Solid, ...] | None = None  # shapes of the payload, None for a cylinder with its inertia
+    searched_hz: float = SEARCHED_HZ  # sampling rate during the search [Hz]
 
     @classmethod
     def of(cls, setup: Setup) -> "Design":

@@ -25,25 +25,16 @@ STRONGEST, FASTEST = 1e6, 1e3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
-    """Data of a model file by joint name; values that are not stated are absent.
+    """Data of a model file by joint name; values that are not stated are absent."""
 
-    Attributes:
-        torque: Largest torque [N m] or force [N].
-        velocity: Largest speed [rad/s or m/s].
-        home: Positions of a keyframe [rad or m].
-        locked: Joints of the file outside the chain to the flange.
-        from_shapes: Links whose inertia comes from their shapes, because the file states none.
-        missing_meshes: Files of meshes that are missing or not solids; their shapes are omitted.
-        ignored: Drive attributes that are ignored, such as friction loss: many files state values for numerical
-            stability, which cannot be recognised.
-    """
-
-    torque: Mapping[str, float]
-    velocity: Mapping[str, float]
-    home: Mapping[str, float]
-    locked: tuple[str, ...]
-    from_shapes: tuple[str, ...]
-    missing_meshes: tuple[str, ...]
+    torque: Mapping[str, float]  # largest torque [N m] or force [N]
+    velocity: Mapping[str, float]  # largest speed [rad/s or m/s]
+    home: Mapping[str, float]  # positions of a keyframe [rad or m]
+    locked: tuple[str, ...]  # joints of the file outside the chain to the flange
+    from_shapes: tuple[str, ...]  # links whose inertia comes from their shapes, because the file states none
+    missing_meshes: tuple[str, ...]  # files of meshes that are missing or not solids; their shapes are omitted
+    # Drive attributes that are ignored, such as friction loss: many files state values for numerical stability,
+    # which cannot be recognised:
     ignored: tuple[str, ...]
 
 

@@ -62,19 +62,12 @@ VERDICTS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weight:
-    """A nominal payload.
+    """A nominal payload."""
 
-    Attributes:
-        shape: Name of the shape, a key of `SHAPES`.
-        dimensions: Dimensions [mm], in the shape's order.
-        quarter: Number of quarter turns about z from the flange's x to the payload's, as four screws allow.
-        density: [kg/m^3].
-    """
-
-    shape: str
-    dimensions: tuple[float, ...]
-    quarter: int
-    density: float
+    shape: str  # name of the shape, a key of `SHAPES`
+    dimensions: tuple[float, ...]  # dimensions [mm], in the shape's order
+    quarter: int  # number of quarter turns about z from the flange's x to the payload's, as four screws allow
+    density: float  # [kg/m^3]
 
     @property
     def blocks(self) -> Array:

@@ -71,20 +71,13 @@ Judge = Callable[[Sequence[Array]], list[float]]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale.
-
-    Attributes:
-        shapes: Sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H).
-        usual: Standard deviation of each weight of a random motion, shape (K,).
-        duration: Period [s].
-        times: How often the path is passed in a period.
-    """
+    """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale."""
 
     limits: Limits
-    shapes: Array
-    usual: Array
-    duration: float
-    times: int = 1
+    shapes: Array  # sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H)
+    usual: Array  # standard deviation of each weight of a random motion, shape (K,)
+    duration: float  # period [s]
+    times: int = 1  # how often the path is passed in a period
 
     @classmethod
     def harmonic(cls, limits: Limits, harmonics: int, duration: float, times: int = 1) -> "Series":

@@ -46,20 +46,14 @@ GIVEN = ("gain_joint", "gain_value", "gain_laws")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Weighing:
-    """A payload estimated with given gains.
+    """A payload estimated with given gains."""
 
-    Attributes:
-        payload: The estimate.
-        verified: Its mass compared with the weighed one or, without a scale, the joints' with that of all; None if that
-            is not significant.
-        found: Diagnoses of the recordings.
-        prepared: The recordings as used.
-    """
-
-    payload: FoundPayload
+    payload: FoundPayload  # the estimate
+    # Its mass compared with the weighed one or, without a scale, the joints' with that of all; None if that is not
+    # significant:
     verified: Verification | None
-    found: Diagnosed
-    prepared: Prepared
+    found: Diagnosed  # diagnoses of the recordings
+    prepared: Prepared  # the recordings as used
 
 
 def weighing(

@@ -41,13 +41,9 @@ JOINTWISE = ("ls-2011", "iv")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Carried:
-    """A payload on the flange.
+    """A payload on the flange."""
 
-    Attributes:
-        chi: Its standard parameters, in the order of `INERTIAL`, shape (10,).
-    """
-
-    chi: Array
+    chi: Array  # its standard parameters, in the order of `INERTIAL`, shape (10,)
     known: KnownPayload
 
     @classmethod
@@ -63,23 +59,14 @@ class Carried:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MotionRows:
-    """A sampled motion: N samples, n joints, p standard columns.
+    """A sampled motion: N samples, n joints, p standard columns."""
 
-    Attributes:
-        motion: q, dq, ddq, each (N, n).
-        W: Standard columns of all joints, shape (N, n, p).
-        Y: Columns of a payload, shape (N, n, 10).
-        rigid: Torque of the bare arm and its rotors [N m], shape (N, n).
-        bare: Torque of the bare arm, rotors, friction and offsets [N m], shape (N, n).
-        rate_hz: Sampling rate [Hz].
-    """
-
-    motion: tuple[Array, Array, Array]
-    W: Array
-    Y: Array
-    rigid: Array
-    bare: Array
-    rate_hz: float
+    motion: tuple[Array, Array, Array]  # q, dq, ddq, each (N, n)
+    W: Array  # standard columns of all joints, shape (N, n, p)
+    Y: Array  # columns of a payload, shape (N, n, 10)
+    rigid: Array  # torque of the bare arm and its rotors [N m], shape (N, n)
+    bare: Array  # torque of the bare arm, rotors, friction and offsets [N m], shape (N, n)
+    rate_hz: float  # sampling rate [Hz]
 
     def torques(self, chi: Array) -> Array:
         """Return joint torques without and with a payload of these standard parameters [N m], shape (2, N, n)."""
@@ -99,18 +86,12 @@ class MotionRows:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmModel:
-    """The bare arm of a plant with its drives, as columns and standard parameters.
-
-    Attributes:
-        chi: Standard parameters of arm and drives, shape (p,).
-        inertial: Standard parameters of links and rotors, others zero, shape (p,).
-        bias: Offset of every joint's torque [N m], shape (n,).
-    """
+    """The bare arm of a plant with its drives, as columns and standard parameters."""
 
     structure: Structure
-    chi: Array
-    inertial: Array
-    bias: Array
+    chi: Array  # standard parameters of arm and drives, shape (p,)
+    inertial: Array  # standard parameters of links and rotors, others zero, shape (p,)
+    bias: Array  # offset of every joint's torque [N m], shape (n,)
 
     @classmethod
     def of(cls, plant: Plant, structure: Structure) -> "ArmModel":

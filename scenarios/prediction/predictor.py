@@ -39,16 +39,11 @@ RATE = 16.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """The expected log of one motion at a sufficient rate, without random effects.
-
-    Attributes:
-        noises: Models of the noise, with the spectral density at the real rate.
-        unknown: Streams of random effects without a known spectrum.
-    """
+    """The expected log of one motion at a sufficient rate, without random effects."""
 
     log: Log
-    noises: tuple[Noise, ...]
-    unknown: tuple[str, ...]
+    noises: tuple[Noise, ...]  # models of the noise, with the spectral density at the real rate
+    unknown: tuple[str, ...]  # streams of random effects without a known spectrum
 
     @classmethod
     def of(cls, log: Log, sensors: SensorOptions, every: int) -> "Expected":
@@ -112,21 +107,14 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """An estimate and its derivatives.
-
-    Attributes:
-        estimate: The estimate, with k solved gains and the influence of each row.
-        behind: Derivatives of motion of the rows, motions in order of time.
-        places: Index of each motion of the estimate in order of time.
-        every: Ratio of the controller's sampling rate to that of the expected logs.
-    """
+    """An estimate and its derivatives."""
 
     setup: Setup
     expected: Prepared
-    estimate: GainEstimate
-    behind: tuple[FullRate, ...]
-    places: tuple[int, ...]
-    every: int
+    estimate: GainEstimate  # the estimate, with k solved gains and the influence of each row
+    behind: tuple[FullRate, ...]  # derivatives of motion of the rows, motions in order of time
+    places: tuple[int, ...]  # index of each motion of the estimate in order of time
+    every: int  # ratio of the controller's sampling rate to that of the expected logs
 
     @classmethod
     def of(cls, setup: Setup, every: int) -> "Linearised":

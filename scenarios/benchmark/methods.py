@@ -236,13 +236,7 @@ KINDS = {"json_invalid": "NoAnswer", "model_type": "NoAnswer", "finite_number": 
 
 
 def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
-    """Return one answer per joint.
-
-    Raises:
-        ScenarioError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
-            missing or of a wrong type (`WrongForm`); if the joints are not those of the arm, in order (`WrongJoints`);
-            if the entry of a joint is contradictory or impossible (`ImpossibleGain`).
-    """
+    """Return one answer per joint; raises `ScenarioError` of the kinds that `scenarios.support.errors` lists."""
     from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
 
     if not output.strip():

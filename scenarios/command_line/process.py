@@ -74,10 +74,9 @@ def signals_as_interrupts() -> Generator[None]:
 
 
 def open_streams() -> None:
-    """Replace closed streams, and make the others accept any character.
+    """Replace closed streams, and make the others accept any character; `OSError` if standard output is closed.
 
-    Otherwise a file with the descriptor of standard output would receive output of libraries. Raises `OSError` if
-    standard output is closed, as no result could be written.
+    Otherwise a file with the descriptor of standard output would receive output of libraries.
     """
     for number in range(3):
         try:

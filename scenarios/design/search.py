@@ -270,9 +270,8 @@ def _prepared(stated: bytes) -> tuple[Design, Series]:
 def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:
     """Return the motion of a search with the lowest cost after it is scaled to the limits.
 
-    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has
-    at least one motion, successively better ones, the best last. Raises `TrajectoryError` if none can be scaled to
-    the limits; the message states the violation of the best.
+    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` are
+    successively better motions. Raises `TrajectoryError` with the violation of the best if none can be scaled.
     """
     best, least, reason, tried = None, np.inf, "", -np.inf
     for found in reversed(kept):

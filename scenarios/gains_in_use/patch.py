@@ -161,10 +161,8 @@ def unstated_parameters(
     """Return what bare motions show and a model does not state: offsets, and rotor inertia where it is zero.
 
     `gains`, with which both are in SI, belong to the friction and base parameters of `bare`. The model states base
-    parameters, shape (b,), and the rotor inertia of each `motor`, joint side [kg m^2 or kg], shape (n,).
-
-    Returns:
-        Base parameters, shape (b,), and their covariance from the deviations of rotor inertia, shape (b, b).
+    parameters, shape (b,), and the rotor inertia of each `motor`, joint side [kg m^2 or kg], shape (n,). Returned are
+    base parameters, shape (b,), and their covariance from the deviations of rotor inertia.
     """
     base, found, covariance = structure.base, np.zeros(len(stated)), np.zeros((len(stated),) * 2)
     if bare is None:
@@ -186,8 +184,7 @@ def unstated_parameters(
 def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
     """Return links whose centre of mass is in the frame of the body in the model file; `nominal` are those of the file.
 
-    Raises `ScenarioError` if there are no physically consistent links, or they are of other gains or another model,
-    or contradict the data.
+    Raises `ScenarioError` if there are none, or they are of other gains or another model, or contradict the data.
     """
     found = None if bare is None else bare.consistent
     if bare is None or found is None:

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from ident.support.naming import enumerated, one_line
+from ident.support.naming import enumerated
 from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
 from scenarios.rendering.content import (
@@ -34,7 +34,6 @@ from scenarios.rendering.plot import SERIES, Plot, draw_bars, draw_intervals
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import read_result, repeated
 from scenarios.results.studies import NORMAL, in_percent
-from scenarios.support.errors import ScenarioError
 
 DOCUMENT = "report.json"
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
@@ -102,7 +101,7 @@ class ComparedScenario(ResultModel):
     name: str = Field(description="Name of the scenario")
     trials: int = Field(description="Number of trials given to each method")
     unposed: int = Field(description="Number of these trials that failed before any method was called")
-    methods: list[MethodSummary] = Field(description="One entry per method, the best score first")
+    methods: list[MethodSummary] = Field(min_length=1, description="One entry per method, the best score first")
 
     def parts(self) -> Iterable[Part]:
         """Scores and failures of methods, then errors and coverage by joint."""
@@ -173,7 +172,7 @@ class Comparison(ResultModel):
     about: dict[str, str] = Field(
         description="What is needed to repeat the comparison: command, date, versions, external methods"
     )
-    scenarios: list[ComparedScenario] = Field(description="One entry per scenario")
+    scenarios: list[ComparedScenario] = Field(min_length=1, description="One entry per scenario")
 
     @property
     def title(self) -> str:
@@ -202,8 +201,6 @@ class Comparison(ResultModel):
 def page(folder: Path) -> Report:
     """Return the page of a folder; raises `ScenarioError` if its document is damaged, or of another version."""
     found = read_result(folder, Comparison, DOCUMENT)
-    if not found.scenarios or not all(each.methods for each in found.scenarios):
-        raise ScenarioError(f"{one_line(folder / DOCUMENT)}: compares nothing")
     others = {key: text for key, text in found.about.items() if key != "Command"}
     return found.report(found.title, *repeated({"Original command": found.about.get("Command", "")}, others, {}))
 

@@ -41,8 +41,8 @@ EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a da
 TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
 MASS = arguments.number_from(1e-3, 2000.0, "kg", "check the unit")
 """As `LIGHTEST` and `HEAVIEST` of `ident.payload.payload`."""
-FEW_EVALUATIONS, USUAL_EVALUATIONS = arguments.count_from(1, 10**6, "the largest number takes an hour"), 400
-"""Motions to try for a new robot, and how many by default."""
+USUAL_EVALUATIONS = 400
+"""Motions to try for a new robot."""
 STEEL = 7850.0
 DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
 NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and enter its mass."
@@ -276,7 +276,7 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     text = "motions to try (default %(default)d)"
-    add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=text)
+    add("--evaluations", type=EVALUATIONS, default=USUAL_EVALUATIONS, help=text)
     add_worker_options(parser, dask=False)
     output.add_force_argument(parser)
     output.add_form_arguments(parser)

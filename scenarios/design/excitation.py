@@ -13,6 +13,7 @@ import numpy as np
 
 from ident.model.arm import load_arm
 from ident.model.structure import Structure
+from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array, Indices
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import mountings
@@ -140,13 +141,14 @@ class Design:
                 f"{scenario.name}: experiment.protocol mounts no payload; a design needs one, such as "
                 '["bare", "loaded"]'
             )
-        plant = setup.plants.get(names[0], setup.plant)
+        plant, believed = setup.plants.get(names[0], setup.plant), setup.payloads[names[0]]
+        body = plant.payload
         return cls(
             plant=plant,
             structure=setup.structure,
             limits=Limits.of(plant),
             joints=wanted,
-            carried=Carried.of(plant.payload, setup.payloads[names[0]]),
+            carried=Carried(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part()),
             method=scenario.table.identification.method,
         )
 

@@ -19,10 +19,10 @@ import numpy as np
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor
 from ident.model.structure import Structure
-from ident.payload.payload import KnownPayload, Payload, standard_parameters
+from ident.payload.payload import KnownPayload, Payload
 from ident.support.arrays import Array, Indices
 from scenarios.experiments.robots import nominal_links
-from sim.plant import PayloadBody, Plant
+from sim.plant import Plant
 
 ROWS_PER_SECOND = 20.0
 """Number of rows for which standard deviations are predicted."""
@@ -45,11 +45,6 @@ class Carried:
 
     chi: Array  # its standard parameters, in the order of `INERTIAL`, shape (10,)
     known: KnownPayload
-
-    @classmethod
-    def of(cls, body: PayloadBody, believed: Payload) -> "Carried":
-        """Return the true payload and its known parameters."""
-        return cls(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part())
 
     @classmethod
     def nominal(cls, payload: Payload) -> "Carried":

@@ -30,7 +30,7 @@ def designed(plant: Plant, structure: Structure, limits: Limits) -> Design:
         structure=structure,
         limits=limits,
         joints=WANTED,
-        carried=Carried.of(body, believed),
+        carried=Carried.nominal(believed),
         method="ls-2011",
     )
 

@@ -49,7 +49,7 @@ def design(tmp_path_factory) -> Design:
         structure=structure_of(load_arm(robot.model)),
         limits=Limits.of(plant),
         joints=np.arange(3),
-        carried=Carried.of(body, Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
+        carried=Carried.nominal(Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
         method="nls",
     )
 

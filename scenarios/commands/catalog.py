@@ -17,13 +17,9 @@ from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
-
     from ident.support.arrays import Array
 
 ENDINGS = (".png", ".gif", ".mp4")
-CAPTION = 0.02
-"""Height of the caption's letters, relative to the picture's width."""
 WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
 FPS = 8.0
 """Frames per second of a film."""
@@ -102,33 +98,21 @@ def view_command(options: argparse.Namespace) -> Status:
         times = (0.5 * duration if options.at is None else options.at,)
     shown, width = scene(motions, times), options.width
     height = shown.height(width)
-    caption = f"{setup.scenario.name}, from left: {', '.join(experiment.name for experiment in motions)}"
-    drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
+    drawn = pictures(shown, times, width=width, height=height)
     with claim.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
-        labelled = (_captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
-        write_pictures(path, counted(labelled, stages))
-    write(f"{one_line(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}\n")
+        write_pictures(path, counted(drawn, stages))
+    size, names = f"{width} x {height}", ", ".join(motion.name for motion in motions)
+    write(f"{one_line(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {size}, from left: {names}\n")
     return Status.PASSED
 
 
-def _captioned(picture: "Array", text: str) -> "Image":
-    """Return a picture (height, width, 3) with a line of text in its upper left corner, scaled to fit."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    image = Image.fromarray(picture.astype("uint8"))
-    draw, size = ImageDraw.Draw(image), CAPTION * image.width
-    length = draw.textlength(text, font=ImageFont.load_default(size))
-    font = ImageFont.load_default(size * min(1.0, 0.95 * image.width / length))
-    where = 0.02 * image.width, 0.02 * image.height
-    draw.text(where, text, fill=(20, 22, 25), font=font, stroke_width=1, stroke_fill=(240, 242, 245))
-    return image
-
-
-def write_pictures(path: Path, images: "Iterator[Image]") -> None:
+def write_pictures(path: Path, drawn: "Iterator[Array]") -> None:
     """Write a PNG of the first picture, a repeating GIF or, if its library is there, a film, by the name's ending."""
     import numpy as np
+    from PIL import Image
 
+    images = (Image.fromarray(picture.astype("uint8")) for picture in drawn)
     match path.suffix.lower():
         case ".png":
             next(images).save(path, format="PNG")

@@ -26,7 +26,11 @@ def test_a_picture_of_both_motions_is_drawn(tmp_path):
         pytest.skip("this machine has no EGL to draw with")
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
     height, width, _ = pixels.shape
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"{path}: 1 picture of 300 x {height}\n", "")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        f"{path}: 1 picture of 300 x {height}, from left: unloaded, loaded\n",
+        "",
+    )
     assert (width, height % 2) == (300, 0)
     yellow = (pixels[..., 0] > 150) & (pixels[..., 2] < 90)  # both arms
     columns = np.flatnonzero(yellow.any(axis=0))

@@ -68,8 +68,6 @@ DEFAULTS = {
     "zeros": Default(0.00175, "0.1 degrees, 0.1 mm for a prismatic joint: a calibrated arm", second=0.0001),
 }
 """All defaults."""
-DENSITY = 7850.0
-"""Density of steel [kg/m^3]."""
 STATES, PACE = 200, 1.0 / 3.0
 """Number of random states for torques, and their speed and acceleration relative to the largest ones."""
 LOADED = 0.3
@@ -374,6 +372,6 @@ def bar(arm: Arm, mass: float) -> Payload:
     across /= np.linalg.norm(across)
     outwards = 1.0 if axis @ (arm.rotation[-1].T @ step) >= 0.0 else -1.0
     x, y, z = np.round(reach * (0.1 * across + 0.07 * np.cross(axis, across) + 0.06 * outwards * axis), 3).tolist()
-    side = (mass / (3.0 * DENSITY)) ** (1.0 / 3.0)
+    side = (mass / (3.0 * 7850.0)) ** (1.0 / 3.0)  # of steel [kg/m^3]
     thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
     return Payload(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))

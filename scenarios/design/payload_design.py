@@ -30,8 +30,6 @@ FACE = 31.5
 BRACKET = 15.0
 """Thickness of a bracket [mm]."""
 MM = 1e-3
-MASS_STD = 0.025
-"""Standard deviation of the paper's scale [kg]: +-0.050 kg as two standard deviations."""
 COM_STD, INERTIA_STD = 2e-4, 3e-3
 """Standard deviations of a finished payload: of its centre along each axis [m], and of its inertia as a share of the
 largest moment. Assumed: tolerances of ISO 2768-1 m and dowel pins give 0.1 to 0.2 mm and 0.2 to 0.4 %.
@@ -40,8 +38,6 @@ IMPOSSIBLE = 100.0
 """Base cost of a payload that violates a bound."""
 POPULATION, GENERATIONS = 8, 25
 """Population size per dimension, and number of generations."""
-LOOKED_AT = 10
-"""Largest number of the best candidates that are checked on a fine grid until one is feasible."""
 
 
 SHAPES: Mapping[str, Mapping[str, tuple[int, int]]] = {
@@ -126,7 +122,7 @@ def payload_of(weight: Weight, flange: Flange) -> Payload:
     mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz = mass_properties(weight.solids(flange), weight.density).tolist()
     return Payload(
         mass=mass,
-        mass_std=MASS_STD,
+        mass_std=0.025,  # of the paper's scale: +-0.050 kg as two standard deviations
         com=(x, y, z),
         com_std=(COM_STD, COM_STD, COM_STD),
         inertia=(ixx, iyy, izz, ixy, ixz, iyz),
@@ -310,7 +306,7 @@ class PayloadSearch:
             tol=1e-4,
             polish=False,
         )
-        looked_at = [weight(found.population[k]) for k in np.argsort(found.population_energies)[:LOOKED_AT]]
+        looked_at = [weight(found.population[k]) for k in np.argsort(found.population_energies)[:10]]
         return next((each for each in looked_at if not self.refusal(each)), looked_at[0])
 
     def effect(self, what: Carried, payload: Payload) -> DesignedPayload:

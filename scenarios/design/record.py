@@ -26,15 +26,6 @@ from sim.feedforward_currents import States
 
 MOST = 1_000_000
 """Largest number of samples of a file."""
-ROUNDING = 1e-9
-"""Tolerance of the duration, in sampling periods."""
-APPROACH = "a=0.3, v=0.2"
-"""URScript: acceleration and speed of the move to the start [rad/s^2, rad/s]: slow enough to be supervised."""
-REST = 2.0
-"""URScript: pause at the start [s], so that vibrations decay before the motion."""
-SERVOJ = "lookahead_time=0.1, gain=300"
-"""Defaults of URScript: smoothing [s] and stiffness."""
-URSCRIPT_JOINTS = 6
 KEPT = "kept, as it may have measured values; without it, this command writes the scenario's payload"
 """Remark on an existing payload file."""
 SETTINGS = (
@@ -67,7 +58,7 @@ def sampled(setup: Setup, rate_hz: float) -> States:
     Raises `ScenarioError` if there are too many samples.
     """
     motion = setup.experiments[0].trajectory
-    periods = math.ceil(motion.duration * rate_hz * (1.0 - ROUNDING))
+    periods = math.ceil(motion.duration * rate_hz * (1.0 - 1e-9))  # of a whole number
     if not 1 <= periods <= MOST:
         raise ScenarioError(
             f"{setup.scenario.name}: {motion.duration:g} s at {rate_hz:g} Hz are {periods:g} samples; "
@@ -100,10 +91,10 @@ def controller_files(setup: Setup, motion: States) -> dict[str, str]:
             f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}",
         ]
     texts = {"motion.csv": text.getvalue(), "motion.yaml": "\n".join(ros) + "\n"}
-    if arm.revolute.all() and arm.n == URSCRIPT_JOINTS:
-        ur = ["def drive_gains():", f"  movej({_row(motion.q[0], 9)}, {APPROACH})", f"  sleep({REST!r})"]
+    if arm.revolute.all() and arm.n == 6:  # slowly to the start, where vibrations decay; then with URScript's defaults
+        ur = ["def drive_gains():", f"  movej({_row(motion.q[0], 9)}, a=0.3, v=0.2)", "  sleep(2.0)"]
         steps = zip(motion.q[1:], np.diff(motion.t), strict=True)
-        ur += [f"  servoj({_row(q, 9)}, t={step:.9g}, {SERVOJ})" for q, step in steps]
+        ur += [f"  servoj({_row(q, 9)}, t={step:.9g}, lookahead_time=0.1, gain=300)" for q, step in steps]
         texts["motion.script"] = "\n".join([*ur, "  stopj(2.0)", "end", "drive_gains()"]) + "\n"
     return texts
 

@@ -36,8 +36,6 @@ LEGS = 3
 """Number of straight legs of the forward path; a search then has 24 variables for six joints."""
 HOLD = 0.5
 """Ratio of the duration of a hold to that of a sweep."""
-SMOOTH = 0.2
-"""Standard deviation of the smoothing Gaussian, relative to the duration of a hold: the middle of a hold is at rest."""
 HARMONICS = 108
 """Number of harmonics; the smoothing attenuates higher ones to a thousandth."""
 GRID = 4096
@@ -49,8 +47,6 @@ TORQUE_SHARE = 0.7
 """Share of a joint's torque at the current limit that arm and payload may take, assumed. It leaves room for a gain 15 %
 low, 10 % more torque against load-dependent friction and 5 % against other friction: 0.7 x 1.15 / 0.85 = 0.95.
 """
-LEAST_LOAD = 1e-6
-"""Share of the payload's largest torque at rest below which gravity does not load a joint."""
 SEARCHED_HZ = 4.0
 """Sampling rate during the search for such slow motions [Hz]."""
 SHORTEST = 36.0
@@ -105,7 +101,7 @@ class Series:
         ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # linear between neighbours
         f = np.arange(1, HARMONICS + 1) / period
         cosine = 2.0 / GRID * np.fft.rfft(ends)[:, 1 : HARMONICS + 1].real
-        cosine *= np.exp(-2.0 * (np.pi * SMOOTH * HOLD * f) ** 2)
+        cosine *= np.exp(-2.0 * (np.pi * 0.2 * HOLD * f) ** 2)  # by a fifth of a hold, whose middle stays at rest
         shapes = np.concatenate((np.zeros_like(cosine), cosine), axis=1)[None]
         return cls(limits=limits, shapes=shapes, usual=np.ones(LEGS + 1), duration=duration)
 
@@ -159,7 +155,7 @@ def hold_design(design: Design) -> tuple[Design, Mask]:
     still = np.zeros_like(q)
     columns = regressor(structure.arm, q, still, still)[:, :, structure.payload_columns]
     torque = np.abs(columns @ design.carried.chi).max(axis=0)
-    unloaded = torque <= LEAST_LOAD * torque.max()
+    unloaded = torque <= 1e-6 * torque.max()  # by gravity
     wanted = design.joints[~unloaded[design.joints]]
     if not len(wanted):
         raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")

@@ -38,7 +38,6 @@ from scenarios.results.gains_file import GainsFile, recording_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
-NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 Options = TypeVar("Options")
 GIVEN = ("gain_joint", "gain_value", "gain_laws")
 """Options that define or correct the gains; not applicable with given gains."""
@@ -168,7 +167,7 @@ def bare_result(
 def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
     """Return the physically consistent links nearest to the model's, or why there are none."""
     if in_si is None:
-        return NO_GAINS
+        return "without gains the parameters are not in SI units (--gains)"
     try:
         nominal = nominal_links(robot.model, robot.flange)
         if is_placeholder(nominal):

@@ -29,10 +29,6 @@ ROWS_PER_SECOND = 20.0
 RESIDUAL = 0.02
 """Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
 TINY = np.finfo(float).tiny
-STILL = 1e-6
-"""Weight of a row at rest, so that no column is zero."""
-RANK_TOL = 1e-12
-"""Smallest eigenvalue of a normal matrix with unit diagonal that is used."""
 FRICTION = ("Fv", "Fc")
 """Joint-specific columns that differ between motions."""
 JOINTWISE = ("ls-2011", "iv")
@@ -70,7 +66,7 @@ class MotionRows:
     def weighted(self, slow: Array) -> "MotionRows":
         """Return the rows with weights by joint speed: 1/2 at `slow` [rad/s], shape (n,), next to none at rest."""
         speed = self.motion[1] ** 2
-        share = np.maximum(speed / (speed + slow**2), STILL)
+        share = np.maximum(speed / (speed + slow**2), 1e-6)  # of no row zero, so that no column is
         W, Y, rigid = self.W * share[:, :, None], self.Y * share[:, :, None], self.rigid * share
         return replace(self, W=W, Y=Y, rigid=rigid)
 
@@ -188,7 +184,7 @@ def _deviations(info: Array, push: Array, gains: int) -> tuple[Array, Array]:
     others, cross = info[:-gains, :-gains], info[:-gains, -gains:]
     scale = np.sqrt(np.maximum(np.diag(others), TINY))
     values, vectors = np.linalg.eigh(others / np.outer(scale, scale))
-    kept = values > RANK_TOL * max(values[-1], 0.0)
+    kept = values > 1e-12 * max(values[-1], 0.0)
     half = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # (., k): inverse = half half^T
     explained = half.T @ cross
     information = info[-gains:, -gains:] - explained.T @ explained

@@ -31,8 +31,6 @@ from sim.feedforward_currents import feedforward_currents, inertia_along, states
 from sim.sensors import SensorOptions, logged, noises, without_spectrum
 from sim.sensors.sensor import Log, Noise
 
-NOISE_SEED = 0
-"""Seed of the noise of an expected recording."""
 RATE = 16.0
 """Sufficient sampling rate, relative to the cut-offs; faster components are noise with known spectrum."""
 
@@ -97,7 +95,7 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
     Methods that weight rows or select a model by the residual need the noise. Raises `RecordingError` if one cannot
     be filtered, `PlantError` if a plant cannot be built.
     """
-    rng = np.random.default_rng(NOISE_SEED)
+    rng = np.random.default_rng(0)
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
     recordings = [log.recording(experiment.name, rng) for log, experiment in logs]
     motions = [Motion(recordings[place], setup.mounted[place]) for place in grouped(setup.protocol)]

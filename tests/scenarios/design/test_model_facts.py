@@ -4,8 +4,6 @@ import pytest
 from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, with_jaw, written
 from robot_folders import arm_xml
 
-from ident.model.arm import load_arm
-from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.design.model_facts import model_facts
@@ -107,13 +105,3 @@ def test_joints_beside_the_chain_to_a_flange_are_named(tmp_path):
     assert facts.locked == ("grip", "grip_r")
     assert (facts.torque["elbow"], facts.velocity["wrist"]) == (90.0, 0.5)
     assert model_facts(written(tmp_path, "jaw.xml", with_jaw()), None).locked == ()
-
-
-@pytest.mark.parametrize(("upper", "taken"), [("6.3", True), ("12.56", True), ("12.6", False), ("166.2", False)])
-def test_ends_of_a_turning_joint_in_degrees_are_refused(tmp_path, upper, taken):
-    path = arm(tmp_path, UPPER=upper)
-    if taken:
-        assert load_arm(path).upper[0] == float(upper)
-        return
-    with pytest.raises(RobotModelError, match=rf"line 5: limit: upper = {upper} rad"):
-        load_arm(path)

@@ -53,9 +53,6 @@ def test_a_payload_that_is_off_fails(weighed_cell, tmp_path, capsys):
     assert main([*words, heavier(weighed_cell, 1.8, tmp_path), "--compare-with", bad, "--json"]) == 1
     unseen = printed(capsys, "result")["unseen"]
     assert unseen["verdict"] == "better"
-    beyond = [each for each in unseen["joints"] if (each["rel_error"] or 0.0) > (each["largest_rel_error"] or 0.0)]
-    assert beyond
-    assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)
 
 
 @pytest.mark.usefixtures("_undiagnosed")

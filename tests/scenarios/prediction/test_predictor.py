@@ -64,13 +64,10 @@ def test_changes_of_an_estimate_and_weights_of_samples_are_those_of_estimating_a
 
 ERRORS = "plant.errors."
 EFFECTS = {
-    "load_friction": ({f"{ERRORS}load_friction": 0.03}, 0.05),
-    "coulomb_drift": ({f"{ERRORS}coulomb_drift": -0.06}, 0.05),
     "gain_laws": ({f"{ERRORS}torque_constant_bends": 0.06, f"{ERRORS}gain_drift": -0.004}, 0.05),
     "frames": ({f"{ERRORS}d3_error": 0.004, f"{ERRORS}r4_error": -0.006}, 0.05),
     "tilt": ({f"{ERRORS}base_tilt_x": 0.011, f"{ERRORS}base_tilt_y": -0.007}, 0.2),
     "elasticity": ({f"{ERRORS}joint_compliance": COMPLIANCE}, 0.25),
-    "payload": ({"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}, 0.05),
 }
 """Sizes, and how far prediction and simulation may be apart as a share of the effect on the joint that it costs most;
 more where the difference between real and perfect control matters."""
@@ -94,13 +91,7 @@ def base(rich) -> tuple[Linearised, list, np.ndarray]:
     return Linearised.of(rich, 4), expected_logs(rich, 4), inverse[:5]
 
 
-SIMPLE = ("load_friction", "coulomb_drift", "payload")
-"""Which the exact changes above have too."""
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in SIMPLE else ()) for name in EFFECTS]
-)
+@pytest.mark.parametrize("name", EFFECTS)
 def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich, base, name):
     settings, share = EFFECTS[name]
     linear, logs, inverse = base

@@ -98,6 +98,10 @@ class Limits:
         """Half of the ranges."""
         return 0.5 * (self.upper - self.lower)
 
+    def of_joints(self, q: Array) -> Array:
+        """Return the positions of the joints from those of their motors, both (N, n)."""
+        return q if self.motors is None else np.asarray(np.linalg.solve(self.motors, q.T).T, np.float64)
+
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
         """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
         q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
@@ -185,9 +189,9 @@ class Design:
         The motion is that of the motors.
         """
         (q, dq, ddq), limits, torques = rows.motion, self.limits, rows.torques(self.carried.chi)
-        turned = q if limits.motors is None else np.linalg.solve(limits.motors, q.T).T
+        q = limits.of_joints(q)
         used = (
-            np.abs(turned - limits.center) / limits.half,
+            np.abs(q - limits.center) / limits.half,
             np.abs(dq) / limits.velocity,
             np.abs(ddq) / limits.acceleration,
             np.abs(torques).max(axis=0) / limits.torque,
@@ -200,7 +204,7 @@ class Design:
         over = self.excess(rows).max(axis=1)
         kind, joint = divmod(int(over.argmax()), self.plant.robot.n)
         if kind == len(SHARES):
-            distance = float(self.clearance(rows.motion[0]).min())
+            distance = float(self.clearance(self.limits.of_joints(rows.motion[0])).min())
             return f"{near_words(distance)} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
         what, share = list(SHARES.items())[kind]
         used, name = 100.0 * (over.max() + share), self.structure.arm.joint_names[joint]

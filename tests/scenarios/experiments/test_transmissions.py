@@ -12,7 +12,7 @@ from ident.estimation.problem import GainOptions
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import GainsError
-from scenarios.design.excitation import SHARES, Limits
+from scenarios.design.excitation import CLEARANCE, SHARES, Design
 from scenarios.design.record import sampled
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.scenario import load_scenario, setup_of
@@ -73,10 +73,15 @@ def test_predicted_currents_motions_and_limits_are_those_of_the_motors(scenario)
     commanded = sampled(setup, rate)
     for own, given in zip(commanded[1:], motion, strict=True):
         np.testing.assert_allclose(own, given @ A.T, rtol=0, atol=1e-12)
-    whole = Limits.of(setup.plant)
+    design = Design.of(setup)
+    whole = design.limits
     tight = replace(whole, lower=0.1 * whole.lower, upper=0.2 * whole.upper, velocity=0.1 * whole.velocity)
-    over = tight.excess(tuple(commanded[1:]), np.zeros((2, len(v), 6)))
+    over = replace(design, limits=tight).excess(rows)[:12].reshape(2, 6, -1)
     used = np.abs(motion[0] - tight.center) / tight.half, np.abs(commanded.dq) / tight.velocity
-    expected = np.maximum(used - np.array((SHARES["range"], SHARES["speed"]))[:, None, None], 0.0)
+    shares = np.array((SHARES["range"], SHARES["speed"]))[:, None, None]
+    expected = np.maximum(np.swapaxes(used, 1, 2) - shares, 0.0)
     assert (expected.max(axis=(1, 2)) > 0.0).all()
-    np.testing.assert_allclose(over[:2], expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(over, expected, rtol=0, atol=1e-9)
+    distance = design.clearance(motion[0])
+    shortfall = np.maximum(1.0 - distance / CLEARANCE, 0.0)
+    np.testing.assert_allclose(design.excess(rows)[-1], shortfall, rtol=0, atol=1e-9)

@@ -181,18 +181,12 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Known:
-    """What is known of the gains.
+    """What is known of the gains."""
 
-    Attributes:
-        now: The estimate.
-        base: The same, prepared for predictions, None if its rows have no influence.
-        reestimate: Repeats the estimate with other logs.
-        others: Estimates under hypotheses so far, None for those that failed.
-    """
-
-    now: GainEstimate
-    base: HeldOutEstimate | None
-    reestimate: Estimate | None
+    now: GainEstimate  # the estimate
+    base: HeldOutEstimate | None  # the same, prepared for predictions, None if its rows have no influence
+    reestimate: Estimate | None  # repeats the estimate with other logs
+    # estimates under hypotheses so far, None for those that failed:
     others: dict[Alternative, GainEstimate | None] = field(default_factory=dict[Alternative, "GainEstimate | None"])
 
     def of(self, found: Exact) -> GainEstimate | None:

@@ -57,19 +57,12 @@ NO_RESULT = 10.0
 
 @dataclass(frozen=True, eq=False)
 class HeldOutEstimate:
-    """An estimate, prepared for held-out predictions.
+    """An estimate, prepared for held-out predictions."""
 
-    Attributes:
-        problem: Motions and payloads.
-        estimate: The estimate from them.
-        solution: Its solution, or that of the same model with rigid joints.
-        fits: The solution's rows as one part, in units of each joint's residual.
-    """
-
-    problem: Problem
-    estimate: GainEstimate
-    solution: GainSolution
-    fits: Fits
+    problem: Problem  # motions and payloads
+    estimate: GainEstimate  # the estimate from them
+    solution: GainSolution  # its solution, or that of the same model with rigid joints
+    fits: Fits  # the solution's rows as one part, in units of each joint's residual
 
     @property
     def _held(self) -> HeldOut:

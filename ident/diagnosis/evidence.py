@@ -33,23 +33,14 @@ RIDGE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class FreeFit:
-    """A fit of one joint's currents by its own columns, independent of other joints; or a fit of all joints.
+    """A fit of one joint's currents by its own columns, independent of other joints; or a fit of all joints."""
 
-    Attributes:
-        V: Currents [drive units], shape (r,).
-        residual: Residuals, shape (r,).
-        Q: Orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p).
-        block: Time block of each row, numbered through all logs, shape (r,).
-        blocks: Number of blocks of all logs.
-        runs: Consecutive slices of the rows; on each, some columns of Q may be zero.
-    """
-
-    V: Array
-    residual: Array
-    Q: Array
-    block: Indices
-    blocks: int
-    runs: tuple[slice, ...] = (slice(None),)
+    V: Array  # currents [drive units], shape (r,)
+    residual: Array  # residuals, shape (r,)
+    Q: Array  # orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p)
+    block: Indices  # time block of each row, numbered through all logs, shape (r,)
+    blocks: int  # number of blocks of all logs
+    runs: tuple[slice, ...] = (slice(None),)  # consecutive slices of the rows; on each, some columns of Q may be zero
 
     @property
     def freedom(self) -> int:
@@ -99,21 +90,14 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """A joint's fit, prepared to predict each block from the others.
+    """A joint's fit, prepared to predict each block from the others."""
 
-    Attributes:
-        fit: The fit.
-        place: Index of each row among padded blocks, shape (r,).
-        matrix: I - Q_b Q_b' of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
-        factor: K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
-        width: Number of rows of a padded block, m.
-    """
-
-    fit: FreeFit
-    place: Indices
+    fit: FreeFit  # the fit
+    place: Indices  # index of each row among padded blocks, shape (r,)
+    # I - Q_b Q_b' of every block, padded by the identity, shape (blocks, m, m); None for long blocks:
     matrix: Array | None
-    factor: Array
-    width: int
+    factor: Array  # K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks
+    width: int  # number of rows of a padded block, m
 
     def padded(self, x: Array) -> Array:
         """Rows (r, k) by block, shape (blocks, m, k)."""
@@ -178,15 +162,10 @@ def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """Accuracy of held-out predictions of the currents.
+    """Accuracy of held-out predictions of the currents."""
 
-    Attributes:
-        squares: Sum of squares of the held-out residuals of each joint in each block, shape (n, blocks).
-        rows: Rows of each joint in each block, shape (n, blocks).
-    """
-
-    squares: Array
-    rows: Array
+    squares: Array  # sum of squares of the held-out residuals of each joint in each block, shape (n, blocks)
+    rows: Array  # rows of each joint in each block, shape (n, blocks)
 
     @property
     def variance(self) -> Array:
@@ -244,15 +223,11 @@ def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
-    """Fits with common time blocks, prepared for held-out predictions.
+    """Fits with common time blocks, prepared for held-out predictions."""
 
-    Attributes:
-        parts: One per joint, or one of all joints together; None where there are fewer rows than unknowns.
-        score: Accuracy of each part's predictions.
-    """
-
+    # one per joint, or one of all joints together; None where there are fewer rows than unknowns:
     parts: tuple[HeldOut | None, ...]
-    score: Score
+    score: Score  # accuracy of each part's predictions
 
     @property
     def sigma(self) -> Array:
@@ -295,17 +270,11 @@ TOGETHER = 1 << 19
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """Improvement of held-out predictions by further columns, with one coefficient each for all joints.
+    """Improvement of held-out predictions by further columns, with one coefficient each for all joints."""
 
-    Attributes:
-        u: Improvement in each block, shape (blocks,).
-        value: Coefficients, shape (m,).
-        covariance: Their covariance, for residuals that are autocorrelated within blocks, shape (m, m).
-    """
-
-    u: Array
-    value: Array
-    covariance: Array
+    u: Array  # improvement in each block, shape (blocks,)
+    value: Array  # coefficients, shape (m,)
+    covariance: Array  # their covariance, for residuals that are autocorrelated within blocks, shape (m, m)
 
     @property
     def z(self) -> float:

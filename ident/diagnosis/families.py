@@ -29,19 +29,12 @@ from ident.support.naming import enumerated
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """Sizes of a family whose limit is reported.
+    """Sizes of a family whose limit is reported."""
 
-    Attributes:
-        words: What is excluded beyond the limit.
-        column: Column of the single joint concerned, "" for faults of all joints.
-        one_log: Whether the fault is one of a single log.
-        undetectable: What is reported without a limit; "" for nothing.
-    """
-
-    words: str
-    column: str = ""
-    one_log: bool = False
-    undetectable: str = ""
+    words: str  # what is excluded beyond the limit
+    column: str = ""  # column of the single joint concerned, "" for faults of all joints
+    one_log: bool = False  # whether the fault is one of a single log
+    undetectable: str = ""  # what is reported without a limit; "" for nothing
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

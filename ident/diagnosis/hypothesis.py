@@ -30,26 +30,16 @@ class LogHypothesis:
     The arm has `q = q_factor * p + p @ q_mixing.T + zero`, where `p = q_log[:, q_order]`, and
     `v = v_factor * v_log[:, v_order]`; time is `clock` times that of the log, and currents act `delay` earlier than
     they are logged.
-
-    Attributes:
-        q_factor: Factor of each joint's position, shape (n,).
-        q_mixing: Shares of other joints' positions in each, shape (n, n), zero unless they are coupled.
-        zero: Position of the arm at position 0 of the log [rad or m], shape (n,).
-        q_order: Column of the position of each joint, from 0, shape (n,).
-        v_order: Column of the current of each joint, from 0, shape (n,).
-        v_factor: Factor of each joint's current, shape (n,).
-        clock: Factor of time.
-        delay: Delay of each joint's logged current [s], shape (n,).
     """
 
-    q_factor: Array
-    q_mixing: Array
-    zero: Array
-    q_order: Indices
-    v_order: Indices
-    v_factor: Array
-    clock: float
-    delay: Array
+    q_factor: Array  # factor of each joint's position, shape (n,)
+    q_mixing: Array  # shares of other joints' positions in each, shape (n, n), zero unless they are coupled
+    zero: Array  # position of the arm at position 0 of the log [rad or m], shape (n,)
+    q_order: Indices  # column of the position of each joint, from 0, shape (n,)
+    v_order: Indices  # column of the current of each joint, from 0, shape (n,)
+    v_factor: Array  # factor of each joint's current, shape (n,)
+    clock: float  # factor of time
+    delay: Array  # delay of each joint's logged current [s], shape (n,)
 
     @property
     def changes_nothing(self) -> bool:
@@ -85,18 +75,12 @@ class LogHypothesis:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hypothesis:
-    """A hypothesis on several logs of an arm.
+    """A hypothesis on several logs of an arm."""
 
-    Attributes:
-        logs: Hypothesis on each log.
-        gravity: Gravity in the base frame [m/s^2], shape (3,).
-        length_factors: Factor of the distance between each frame and the preceding one, shape (n,).
-        transmission: Matrix of motors that several joints turn, shape (n, n); None for that of the arm.
-    """
-
-    logs: tuple[LogHypothesis, ...]
-    gravity: Array
-    length_factors: Array
+    logs: tuple[LogHypothesis, ...]  # hypothesis on each log
+    gravity: Array  # gravity in the base frame [m/s^2], shape (3,)
+    length_factors: Array  # factor of the distance between each frame and the preceding one, shape (n,)
+    # matrix of motors that several joints turn, shape (n, n); None for that of the arm:
     transmission: Array | None = None
 
     def of_arm(self, arm: Arm) -> Arm:
@@ -128,21 +112,13 @@ def as_logged(arm: Arm, logs: int) -> Hypothesis:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Logs:
-    """Logs with their free model.
+    """Logs with their free model."""
 
-    Attributes:
-        recordings: The logs.
-        problem: Their linear systems.
-        observing: Filters.
-        spoilt: Mask of samples of each log that no row uses, shape (N, n), or None.
-        model: The free fits.
-    """
-
-    recordings: tuple[Recording, ...]
-    problem: Problem
-    observing: ObserveOptions
-    spoilt: tuple[Mask | None, ...]
-    model: FreeModel
+    recordings: tuple[Recording, ...]  # the logs
+    problem: Problem  # their linear systems
+    observing: ObserveOptions  # filters
+    spoilt: tuple[Mask | None, ...]  # mask of samples of each log that no row uses, shape (N, n), or None
+    model: FreeModel  # the free fits
 
     @property
     def structure(self) -> Structure:
@@ -221,48 +197,32 @@ class Alternative:
     """Another interpretation of logs, which assumes a fault, or a term that the model lacks.
 
     A small one has columns: currents change in proportion to its parameters, and it stands for all sizes.
-
-    Attributes:
-        family: Kind of fault, such as `zero` or `delay`, or of term.
-        parameter: Family of the small alternatives whose parameter is, or is included in, its size; "" if that is its
-            own.
-        words: Description, such as `zero of q2 off by +4 degrees in loaded.csv alone`.
-        joints: Joints concerned, from 0; empty for all.
-        logs: Logs concerned, from 0.
-        hypothesis: The interpretation of the logs; as they are for a term.
-        advice: The remedy.
-        value: Size of the fault, None without one.
-        unit: Unit of the size.
-        parameters: Number of parameters.
-        refined: Function that returns the same alternative with parameters changed slightly, in units of the columns.
-        searched: Whether its size was selected from a grid, so that it has no special value.
-        columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
-            they are zero; empty for a large alternative.
-        scale: Reported value per unit of the columns.
-        largest: Largest value of the parameters for which the first order is valid.
-        prior_std: Specified standard deviations of the parameters, which the estimate includes, shape (m,).
-        term: Whether it adds to the model and does not interpret the logs.
-        at_fault: Whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks
-            it, which is only reported.
     """
 
-    family: str
+    family: str  # kind of fault, such as `zero` or `delay`, or of term
+    # family of the small alternatives whose parameter is, or is included in, its size; "" if that is its own:
     parameter: str = ""
-    words: str
-    joints: tuple[int, ...]
-    logs: tuple[int, ...]
-    hypothesis: Hypothesis
-    advice: str
-    value: float | None = None
-    unit: str | None = None
-    parameters: int = 1
+    words: str  # description, such as `zero of q2 off by +4 degrees in loaded.csv alone`
+    joints: tuple[int, ...]  # joints concerned, from 0; empty for all
+    logs: tuple[int, ...]  # logs concerned, from 0
+    hypothesis: Hypothesis  # the interpretation of the logs; as they are for a term
+    advice: str  # the remedy
+    value: float | None = None  # size of the fault, None without one
+    unit: str | None = None  # unit of the size
+    parameters: int = 1  # number of parameters
+    # function that returns the same alternative with parameters changed slightly, in units of the columns:
     refined: "Callable[[Array], Alternative] | None" = None
-    searched: bool = False
+    searched: bool = False  # whether its size was selected from a grid, so that it has no special value
+    # change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where they are
+    # zero; empty for a large alternative:
     columns: tuple[Array | None, ...] = ()
-    scale: float = 1.0
-    largest: float = np.inf
+    scale: float = 1.0  # reported value per unit of the columns
+    largest: float = np.inf  # largest value of the parameters for which the first order is valid
+    # specified standard deviations of the parameters, which the estimate includes, shape (m,):
     prior_std: Array | None = None
-    term: bool = False
+    term: bool = False  # whether it adds to the model and does not interpret the logs
+    # whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks it, which
+    # is only reported:
     at_fault: bool = True
 
     @property

@@ -37,17 +37,11 @@ COUPLED = ("Fvm", "Fcm")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeModel:
-    """Free fits of all joints, prepared for held-out predictions.
+    """Free fits of all joints, prepared for held-out predictions."""
 
-    Attributes:
-        problem: The observed logs; two mountings are two payload objects, even if equal.
-        rows: Rows of each joint.
-        fits: Each joint's fit; None where it has fewer rows than unknowns.
-    """
-
-    problem: Problem
-    rows: tuple[Columns, ...]
-    fits: Fits
+    problem: Problem  # the observed logs; two mountings are two payload objects, even if equal
+    rows: tuple[Columns, ...]  # rows of each joint
+    fits: Fits  # each joint's fit; None where it has fewer rows than unknowns
 
 
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
@@ -109,17 +103,11 @@ PRIOR_STD = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A fit of all joints to logs with unknown payloads.
+    """A fit of all joints to logs with unknown payloads."""
 
-    Attributes:
-        problem: The logs, with unknown payloads.
-        ready: Inputs of the fit.
-        fitted: The fit.
-    """
-
-    problem: Problem
-    ready: Setting
-    fitted: Fit
+    problem: Problem  # the logs, with unknown payloads
+    ready: Setting  # inputs of the fit
+    fitted: Fit  # the fit
 
     @property
     def h(self) -> Array:

@@ -132,27 +132,16 @@ def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointMotion:
-    """Motion of one joint.
+    """Motion of one joint."""
 
-    Attributes:
-        low: Lowest position [rad or m].
-        high: Highest position [rad or m].
-        covered: Share of the joint's range, None where the model states no limits.
-        speed: Largest speed [rad/s or m/s].
-        speed_rms: Its root mean square [rad/s or m/s].
-        acceleration_rms: Root mean square of the acceleration [rad/s^2 or m/s^2].
-        slow: Share of the time in which samples are masked as near a reversal.
-        current_rms: Root mean square of the current [drive units].
-    """
-
-    low: float
-    high: float
-    covered: float | None
-    speed: float
-    speed_rms: float
-    acceleration_rms: float
-    slow: float
-    current_rms: float
+    low: float  # lowest position [rad or m]
+    high: float  # highest position [rad or m]
+    covered: float | None  # share of the joint's range, None where the model states no limits
+    speed: float  # largest speed [rad/s or m/s]
+    speed_rms: float  # its root mean square [rad/s or m/s]
+    acceleration_rms: float  # root mean square of the acceleration [rad/s^2 or m/s^2]
+    slow: float  # share of the time in which samples are masked as near a reversal
+    current_rms: float  # root mean square of the current [drive units]
 
 
 def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tuple[JointMotion, ...]:

@@ -47,21 +47,13 @@ DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubsampledStates:
-    """States of one motion at N samples: less accurate than decimation, and a hundred times as fast.
+    """States of one motion at N samples: less accurate than decimation, and a hundred times as fast."""
 
-    Attributes:
-        q: Positions [rad], shape (N, n).
-        dq: Velocities [rad/s], shape (N, n).
-        ddq: Accelerations [rad/s^2], shape (N, n).
-        v: Currents, low-passed [drive units], shape (N, n).
-        moving: Mask of joints away from a reversal, shape (N, n).
-    """
-
-    q: Array
-    dq: Array
-    ddq: Array
-    v: Array
-    moving: Mask
+    q: Array  # positions [rad], shape (N, n)
+    dq: Array  # velocities [rad/s], shape (N, n)
+    ddq: Array  # accelerations [rad/s^2], shape (N, n)
+    v: Array  # currents, low-passed [drive units], shape (N, n)
+    moving: Mask  # mask of joints away from a reversal, shape (N, n)
 
 
 def subsampled_states(recording: Recording, most: int, options: ObserveOptions) -> SubsampledStates:
@@ -92,15 +84,10 @@ def looked_at(logs: Logs) -> list[SubsampledStates]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screened:
-    """Improvement by an alternative on subsampled states over the logs as they are.
+    """Improvement by an alternative on subsampled states over the logs as they are."""
 
-    Attributes:
-        alternative: The alternative.
-        gain: Improvement of the log-likelihood of white residuals; of the last joints alone if these exclude it.
-    """
-
-    alternative: Alternative
-    gain: float
+    alternative: Alternative  # the alternative
+    gain: float  # improvement of the log-likelihood of white residuals; of the last joints alone if these exclude it
 
     @property
     def excluded(self) -> bool:

@@ -43,15 +43,10 @@ REFINED, SETTLED = 3, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """An alternative compared with the logs as they are.
+    """An alternative compared with the logs as they are."""
 
-    Attributes:
-        alternative: The alternative.
-        u: Improvement of the log predictive density in each block, shape (blocks,).
-    """
-
-    alternative: Alternative
-    u: Array
+    alternative: Alternative  # the alternative
+    u: Array  # improvement of the log predictive density in each block, shape (blocks,)
 
     @property
     def gain(self) -> float:
@@ -88,17 +83,11 @@ class FirstOrder(Compared):
 
 @dataclass(frozen=True, eq=False)
 class Exact(Compared):
-    """An alternative compared exactly.
+    """An alternative compared exactly."""
 
-    Attributes:
-        logs: The logs as they are.
-        score: Accuracy of the predictions under its hypothesis, of the columns and in the units of the logs.
-        spread: Standard deviations of its refined parameters, shape (m,); None without parameters, or if it predicts
-            too badly.
-    """
-
-    logs: Logs
-    score: Score
+    logs: Logs  # the logs as they are
+    score: Score  # accuracy of the predictions under its hypothesis, of the columns and in the units of the logs
+    # standard deviations of its refined parameters, shape (m,); None without parameters, or if it predicts too badly:
     spread: Array | None = None
 
     @property
@@ -162,22 +151,14 @@ def select_hypothesis(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survey:
-    """Comparison of one set of logs with all alternatives.
+    """Comparison of one set of logs with all alternatives."""
 
-    Attributes:
-        logs: The logs.
-        fit: The fit that directions are computed from, None if it failed.
-        directions: Alternatives of all families.
-        small: Their improvements, the best first.
-        gross: Large alternatives on subsampled states, the best first.
-        exact: Alternatives of these logs compared exactly so far, by their key; also with terms added to the model.
-    """
-
-    logs: Logs
-    fit: Reference | None
-    directions: tuple[Alternative, ...]
-    small: tuple[FirstOrder, ...]
-    gross: tuple[Screened, ...]
+    logs: Logs  # the logs
+    fit: Reference | None  # the fit that directions are computed from, None if it failed
+    directions: tuple[Alternative, ...]  # alternatives of all families
+    small: tuple[FirstOrder, ...]  # their improvements, the best first
+    gross: tuple[Screened, ...]  # large alternatives on subsampled states, the best first
+    # alternatives of these logs compared exactly so far, by their key; also with terms added to the model:
     exact: dict[object, Exact] = field(default_factory=dict[object, Exact])
 
 

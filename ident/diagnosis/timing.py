@@ -121,19 +121,12 @@ SAME = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimestampAnomalies:
-    """Rows whose step differs from that of their neighbours.
+    """Rows whose step differs from that of their neighbours."""
 
-    Attributes:
-        long: Rows, from 0, after which all joints advance too far.
-        lost: Number of samples lost after each of these, 0 if ambiguous.
-        still: Rows, from 0, after which no joint advances although the arm moves.
-        shown: Share of the rows at which one lost sample would be detected.
-    """
-
-    long: Indices
-    lost: Indices
-    still: Indices
-    shown: float
+    long: Indices  # rows, from 0, after which all joints advance too far
+    lost: Indices  # number of samples lost after each of these, 0 if ambiguous
+    still: Indices  # rows, from 0, after which no joint advances although the arm moves
+    shown: float  # share of the rows at which one lost sample would be detected
 
     @property
     def plain(self) -> bool:

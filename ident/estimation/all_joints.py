@@ -131,24 +131,15 @@ class Fit:
 
     The unknowns are u = (s, z), shape (n + k,), and c of each joint, shape (n, f). `J` is the derivative of a joint's
     currents by u through [Z k].
-
-    Attributes:
-        ready: The problem.
-        model: The model.
-        h: 1/g with its sign, shape (n,).
-        z: Coordinates of the shared parameters, shape (k,).
-        mean: Prior mean of log|h|, shape (n,).
-        log_std: Its prior standard deviation, shape (n,).
-        cost: Sum of squares of weighted residuals and priors.
     """
 
-    ready: Setting
-    model: Model
-    h: Array
-    z: Array
-    mean: Array
-    log_std: Array
-    cost: float
+    ready: Setting  # the problem
+    model: Model  # the model
+    h: Array  # 1/g with its sign, shape (n,)
+    z: Array  # coordinates of the shared parameters, shape (k,)
+    mean: Array  # prior mean of log|h|, shape (n,)
+    log_std: Array  # its prior standard deviation, shape (n,)
+    cost: float  # sum of squares of weighted residuals and priors
 
     @cached_property
     def theta(self) -> Array:
@@ -368,17 +359,11 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Derivatives of q quantities by u and c, and from them by the currents of rows and by priors.
+    """Derivatives of q quantities by u and c, and from them by the currents of rows and by priors."""
 
-    Attributes:
-        fit: The fit.
-        by_u: Shape (q, n + k).
-        by_c: Shape (q, n, f).
-    """
-
-    fit: Fit
-    by_u: Array
-    by_c: Array
+    fit: Fit  # the fit
+    by_u: Array  # shape (q, n + k)
+    by_c: Array  # shape (q, n, f)
 
     @cached_property
     def _solved(self) -> tuple[Array, Array]:

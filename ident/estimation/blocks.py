@@ -46,19 +46,12 @@ def flat(x: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """Places of the rows of all joints in arrays of shape (n, B, w, ..).
+    """Places of the rows of all joints in arrays of shape (n, B, w, ..)."""
 
-    Attributes:
-        shape: n joints, B time blocks of all motions, w rows of the longest block.
-        place: Place of each row, shape (r,).
-        joint: Its joint, shape (r,).
-        counts: Number of rows of each joint, shape (n,).
-    """
-
-    shape: tuple[int, int, int]
-    place: Indices
-    joint: Indices
-    counts: Indices
+    shape: tuple[int, int, int]  # n joints, B time blocks of all motions, w rows of the longest block
+    place: Indices  # place of each row, shape (r,)
+    joint: Indices  # its joint, shape (r,)
+    counts: Indices  # number of rows of each joint, shape (n,)
 
     @classmethod
     def of(cls, n: int, joint: Indices, motion: Indices, position: Indices) -> "Layout":
@@ -84,19 +77,12 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Own:
-    """Own columns of all joints, F_j = Q_j R_j; a column that is dependent on earlier ones is left out.
+    """Own columns of all joints, F_j = Q_j R_j; a column that is dependent on earlier ones is left out."""
 
-    Attributes:
-        Q: Orthonormal or zero, shape (n, B, w, f).
-        R: Upper triangular, with 1 on the diagonal of columns that are left out, shape (n, f, f).
-        used: Mask of the columns that are not left out, shape (n, f).
-        largest: Largest norm of a column of each joint, shape (n,).
-    """
-
-    Q: Array
-    R: Array
-    used: Mask
-    largest: Array
+    Q: Array  # orthonormal or zero, shape (n, B, w, f)
+    R: Array  # upper triangular, with 1 on the diagonal of columns that are left out, shape (n, f, f)
+    used: Mask  # mask of the columns that are not left out, shape (n, f)
+    largest: Array  # largest norm of a column of each joint, shape (n,)
 
     @classmethod
     def none(cls, layout: Layout) -> "Own":
@@ -131,17 +117,11 @@ class Own:
 
 @dataclass(frozen=True, eq=False)
 class Alone:
-    """The fit of each joint alone, with all its columns and free payloads.
+    """The fit of each joint alone, with all its columns and free payloads."""
 
-    Attributes:
-        basis: Orthonormal or zero columns, without the first own columns, shape (n, B w, q).
-        rank: Number of nonzero ones, shape (n,).
-        left: Currents without their part in own columns and basis, shape (n, B w).
-    """
-
-    basis: Array
-    rank: Indices
-    left: Array
+    basis: Array  # orthonormal or zero columns, without the first own columns, shape (n, B w, q)
+    rank: Indices  # number of nonzero ones, shape (n,)
+    left: Array  # currents without their part in own columns and basis, shape (n, B w)
 
     def extended(self, columns: Array, norms: Array) -> "Alone":
         """Append columns without their own part, shape (n, B w, m), that had some norms, shape (n, m)."""
@@ -172,33 +152,19 @@ def orthonormalising(gram: Array, tol: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Rows of all joints, with cross products by time block. b own columns, k coordinates z of p shared parameters.
+    """Rows of all joints, with cross products by time block. b own columns, k coordinates z of p shared parameters."""
 
-    Attributes:
-        layout: Places of rows.
-        own: Friction and offset.
-        A: Shared columns without their own part, shape (n, B w, p).
-        C: Coordinates of [A k V] in the own columns, shape (n, b, p + 2).
-        std: Prior standard deviation of each shared parameter about zero, infinite without a prior, shape (p,).
-        weight: Weights of the joints with which the columns of z are orthonormal, shape (n,).
-        U: theta = U z, shape (p, k).
-        R: [Z k V] without their own part, shape (n, B, w, k + 2).
-        RR: Their cross products, shape (n, B, k + 2, k + 2).
-        FR: Cross products of own columns with them, shape (n, B, b, k + 2).
-        alone: The fit of each joint alone.
-    """
-
-    layout: Layout
-    own: Own
-    A: Array
-    C: Array
-    std: Array
-    weight: Array
-    U: Array
-    R: Array
-    RR: Array
-    FR: Array
-    alone: Alone
+    layout: Layout  # places of rows
+    own: Own  # friction and offset
+    A: Array  # shared columns without their own part, shape (n, B w, p)
+    C: Array  # coordinates of [A k V] in the own columns, shape (n, b, p + 2)
+    std: Array  # prior standard deviation of each shared parameter about zero, infinite without a prior, shape (p,)
+    weight: Array  # weights of the joints with which the columns of z are orthonormal, shape (n,)
+    U: Array  # theta = U z, shape (p, k)
+    R: Array  # [Z k V] without their own part, shape (n, B, w, k + 2)
+    RR: Array  # their cross products, shape (n, B, k + 2, k + 2)
+    FR: Array  # cross products of own columns with them, shape (n, B, b, k + 2)
+    alone: Alone  # the fit of each joint alone
 
     @cached_property
     def FF(self) -> Array:

@@ -86,36 +86,22 @@ class FoundParameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainSolution:
-    """The output of an estimator: 1/g of k joints and its derivatives, before identifiability is judged.
+    """The output of an estimator: 1/g of k joints and its derivatives, before identifiability is judged."""
 
-    Attributes:
-        rows: The r rows of the fit with their residuals, of the k joints or of more.
-        joints: The k joints, from 0, shape (k,).
-        inverse: 1/g, shape (k,).
-        influence: Derivative of each 1/g by the current of each row, shape (k, r).
-        payload: Relative change of each gain per standard deviation of each specified payload value, shape (k, p).
-        model: Relative change of each gain per standard deviation of each model assumption, shape (k, m).
-        load_rms: Root mean square of the known payload's torque on each joint [N m], shape (k,).
-        friction: Friction torque over g at typical speed, and its Coulomb part alone; their sign is that of g. Shape
-            (k, 2).
-        friction_influence: Its derivative by the current of each row, shape (k, 2, r).
-        unsolved: Reasons of the joints without 1/g, by joint.
-        stiff: The solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else
-            None.
-        curves: Gain over current, by joint from 0, of joints whose gain is not constant.
-    """
-
-    rows: Rows
-    joints: Indices
-    inverse: Array
-    influence: Array
-    payload: Array
-    model: Array
-    load_rms: Array
+    rows: Rows  # the r rows of the fit with their residuals, of the k joints or of more
+    joints: Indices  # the k joints, from 0, shape (k,)
+    inverse: Array  # 1/g, shape (k,)
+    influence: Array  # derivative of each 1/g by the current of each row, shape (k, r)
+    payload: Array  # relative change of each gain per standard deviation of each specified payload value, shape (k, p)
+    model: Array  # relative change of each gain per standard deviation of each model assumption, shape (k, m)
+    load_rms: Array  # root mean square of the known payload's torque on each joint [N m], shape (k,)
+    # friction torque over g at typical speed, and its Coulomb part alone; their sign is that of g; Shape (k, 2):
     friction: Array
-    friction_influence: Array
-    unsolved: Mapping[int, str]
+    friction_influence: Array  # its derivative by the current of each row, shape (k, 2, r)
+    unsolved: Mapping[int, str]  # reasons of the joints without 1/g, by joint
+    # the solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else None:
     stiff: "GainSolution | None" = None
+    # gain over current, by joint from 0, of joints whose gain is not constant:
     curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
 

@@ -27,21 +27,13 @@ MOST_APART = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moved:
-    """Change of a gain.
+    """Change of a gain."""
 
-    Attributes:
-        rel_change: Relative change of its magnitude, |g_B / g_A| - 1.
-        std: Standard deviation of log |g_B / g_A|, for small changes equal to that of the relative change.
-        rel_std: Standard deviation of `rel_change`, `std` times |g_B / g_A|; relative.
-        turned: Whether the sign of the gain changed.
-        moved: Whether the change is significant.
-    """
-
-    rel_change: float
-    std: float
-    rel_std: float
-    turned: bool
-    moved: bool
+    rel_change: float  # relative change of its magnitude, |g_B / g_A| - 1
+    std: float  # standard deviation of log |g_B / g_A|, for small changes equal to that of the relative change
+    rel_std: float  # standard deviation of `rel_change`, `std` times |g_B / g_A|; relative
+    turned: bool  # whether the sign of the gain changed
+    moved: bool  # whether the change is significant
 
 
 def changes(log: Array, std: Array, turned: Mask, limit: float) -> tuple[Moved, ...]:
@@ -57,17 +49,11 @@ def changes(log: Array, std: Array, turned: Mask, limit: float) -> tuple[Moved, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Together:
-    """A test of all joints together.
+    """A test of all joints together."""
 
-    Attributes:
-        chi2: Sum of the squared changes over their standard deviations, with correlations between joints.
-        freedom: Degrees of freedom.
-        p: Probability of a value at least as large without a change.
-    """
-
-    chi2: float
-    freedom: int
-    p: float
+    chi2: float  # sum of the squared changes over their standard deviations, with correlations between joints
+    freedom: int  # degrees of freedom
+    p: float  # probability of a value at least as large without a change
 
     @classmethod
     def of(cls, chi2: float, freedom: int) -> "Together":
@@ -83,29 +69,18 @@ class Together:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainComparison:
-    """Changes from one set of gains to another.
+    """Changes from one set of gains to another."""
 
-    Attributes:
-        joints: The k joints that have a gain in both, from 0, shape (k,).
-        each: Change of each joint.
-        together: Test of no change at all.
-        scale: Change common to all joints, or to the largest set with a common change.
-        sharing: Joints, from 0, with this change: all, or more than half; empty if there is no such set.
-        apart: Change of each joint relative to the common one.
-        pattern: Test of a change common to all joints; None for a single joint.
-        missing: Joints, from 0, with a gain in only one set, and the name of that set, `A` or `B`.
-        limit: Number of standard deviations beyond which a joint's change is significant.
-    """
-
-    joints: Indices
-    each: tuple[Moved, ...]
-    together: Together
-    scale: Moved
-    sharing: Indices
-    apart: tuple[Moved, ...]
-    pattern: Together | None
+    joints: Indices  # the k joints that have a gain in both, from 0, shape (k,)
+    each: tuple[Moved, ...]  # change of each joint
+    together: Together  # test of no change at all
+    scale: Moved  # change common to all joints, or to the largest set with a common change
+    sharing: Indices  # joints, from 0, with this change: all, or more than half; empty if there is no such set
+    apart: tuple[Moved, ...]  # change of each joint relative to the common one
+    pattern: Together | None  # test of a change common to all joints; None for a single joint
+    # joints, from 0, with a gain in only one set, and the name of that set, `A` or `B`:
     missing: tuple[tuple[int, str], ...]
-    limit: float
+    limit: float  # number of standard deviations beyond which a joint's change is significant
 
     @property
     def moved(self) -> bool:

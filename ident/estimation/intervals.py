@@ -21,27 +21,17 @@ FREE_BLOCK = 1e-13
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
-    """Rows of one or more joints, in order of joints, then of motions.
+    """Rows of one or more joints, in order of joints, then of motions."""
 
-    Attributes:
-        V: Currents [drive units], shape (r,).
-        residual: Residuals [drive units], shape (r,).
-        joint: Joint of each row, from 0, shape (r,).
-        motion: Motion of each row, an index into `Problem.motions`, shape (r,).
-        position: Number of each row in its motion, including omitted rows, shape (r,).
-        unknowns: Number of unknowns of each joint that has rows, by joint, including a share of common unknowns.
-        weight: Weight of each row in the fit, shape (r,).
-        explained: Orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the
-            rows.
-    """
-
-    V: Array
-    residual: Array
-    joint: Indices
-    motion: Indices
-    position: Indices
+    V: Array  # currents [drive units], shape (r,)
+    residual: Array  # residuals [drive units], shape (r,)
+    joint: Indices  # joint of each row, from 0, shape (r,)
+    motion: Indices  # motion of each row, an index into `Problem.motions`, shape (r,)
+    position: Indices  # number of each row in its motion, including omitted rows, shape (r,)
+    # number of unknowns of each joint that has rows, by joint, including a share of common unknowns:
     unknowns: dict[int, float]
-    weight: Array
+    weight: Array  # weight of each row in the fit, shape (r,)
+    # orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the rows:
     explained: Array
 
     def of(self, joint: int) -> slice:

@@ -32,19 +32,12 @@ NAME = "ls-2011"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainSystem:
-    """Joint j's linear system `V = W @ x`, x ending with 1/g.
+    """Joint j's linear system `V = W @ x`, x ending with 1/g."""
 
-    Attributes:
-        joint: The joint, from 0.
-        rows: Its rows.
-        W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
-        friction: Weights of x that give the friction torque over g at typical speed, total and Coulomb alone, shape (2,
-            b).
-    """
-
-    joint: int
-    rows: Columns
-    W: Array
+    joint: int  # the joint, from 0
+    rows: Columns  # its rows
+    W: Array  # observation matrix, shape (r, b); the last column is the torque of the known payload [N m]
+    # weights of x that give the friction torque over g at typical speed, total and Coulomb alone, shape (2, b):
     friction: Array
 
     @property
@@ -84,17 +77,11 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointFit:
-    """The solution of a joint's system, whose last unknown is 1/g.
+    """The solution of a joint's system, whose last unknown is 1/g."""
 
-    Attributes:
-        system: The system.
-        fit: Its solution.
-        by_current: Derivative of the solution by the current of each row, shape (b, r).
-    """
-
-    system: GainSystem
-    fit: LeastSquares
-    by_current: Array
+    system: GainSystem  # the system
+    fit: LeastSquares  # its solution
+    by_current: Array  # derivative of the solution by the current of each row, shape (b, r)
 
     @property
     def inverse(self) -> float:

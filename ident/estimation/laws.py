@@ -91,24 +91,15 @@ class Coefficients:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lawful:
-    """A model with laws of the gains.
+    """A model with laws of the gains."""
 
-    Attributes:
-        fit: Its fit.
-        scaled: Torques of each log but the first, appended to the shared columns, shape (r, logs - 1) or (r, 0).
-        std: Standard deviation of their coefficients.
-        terms: Its terms, with those of the laws.
-        remarks: Laws that the data show, in words.
-        unsure: Relative change of each gain per standard deviation of coefficients that do not correct it, (n, m).
-        curves: Gain over current of each joint, by joint from 0, if size or sign correct the gains.
-    """
-
-    fit: Fit
-    scaled: Array
-    std: float
-    terms: Mapping[str, Term]
-    remarks: tuple[str, ...]
-    unsure: Array
+    fit: Fit  # its fit
+    scaled: Array  # torques of each log but the first, appended to the shared columns, shape (r, logs - 1) or (r, 0)
+    std: float  # standard deviation of their coefficients
+    terms: Mapping[str, Term]  # its terms, with those of the laws
+    remarks: tuple[str, ...]  # laws that the data show, in words
+    unsure: Array  # relative change of each gain per standard deviation of coefficients that do not correct it, (n, m)
+    # gain over current of each joint, by joint from 0, if size or sign correct the gains:
     curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
     @classmethod

@@ -48,15 +48,11 @@ NO_OPTIONS = NoOptions()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedMotion:
-    """One motion: its linear system and its payload.
+    """One motion: its linear system and its payload."""
 
-    Attributes:
-        observation: Its linear system.
-        payload: The specified payload, None for a bare flange. Motions with one mounting share the object; two equal
-            objects are two mountings, each with its own unknown parameters.
-    """
-
-    observation: Observation
+    observation: Observation  # its linear system
+    # the specified payload, None for a bare flange; Motions with one mounting share the object; two equal objects are
+    # two mountings, each with its own unknown parameters:
     payload: Payload | None
 
 

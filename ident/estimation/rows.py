@@ -17,31 +17,18 @@ OWN = ("Fv", "Fc", "off")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Columns:
-    """`g V = W @ chi + sum of W_L @ chi_L`, rows in order of joints (eq. 16), then of motions.
+    """`g V = W @ chi + sum of W_L @ chi_L`, rows in order of joints (eq. 16), then of motions."""
 
-    Attributes:
-        names: Names of the arm's base parameters, b strings.
-        joint: Joint of each row, from 0, shape (r,).
-        motion: Motion of each row, in the order given, shape (r,).
-        position: Number of each row in its motion, including omitted rows, shape (r,).
-        t: Time at the middle of each row's filter [s], shape (r,).
-        V: Currents [drive units], shape (r,).
-        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
-        loaded: Mask of the rows with a payload, shape (r,).
-        W: Columns of the base parameters, shape (r, b).
-        W_L: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
-    """
-
-    names: tuple[str, ...]
-    joint: Indices
-    motion: Indices
-    position: Indices
-    t: Array
-    V: Array
-    weight: Array
-    loaded: Mask
-    W: Array
-    W_L: Array
+    names: tuple[str, ...]  # names of the arm's base parameters, b strings
+    joint: Indices  # joint of each row, from 0, shape (r,)
+    motion: Indices  # motion of each row, in the order given, shape (r,)
+    position: Indices  # number of each row in its motion, including omitted rows, shape (r,)
+    t: Array  # time at the middle of each row's filter [s], shape (r,)
+    V: Array  # currents [drive units], shape (r,)
+    weight: Array  # remaining filter weight of each row, below 1 near reversals, shape (r,)
+    loaded: Mask  # mask of the rows with a payload, shape (r,)
+    W: Array  # columns of the base parameters, shape (r, b)
+    W_L: Array  # ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10)
 
     @classmethod
     def of(cls, motions: Sequence[ObservedMotion], joints: Sequence[int] | None = None) -> "Columns":
@@ -111,19 +98,12 @@ def shared_arm(base: BaseParameters) -> Indices:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SharedParameters:
-    """The parameters that joints share.
+    """The parameters that joints share."""
 
-    Attributes:
-        arm: Indices of the arm's shared parameters among its base parameters, shape (a,).
-        free: Independent unknown parameters of each mounting, index arrays into `INERTIAL`.
-        parts: Known part of each mounting's payload, with factors of its covariance.
-        known: Values of each mounting's known parameters, zero for the others, shape (mountings, 10).
-    """
-
-    arm: Indices
-    free: tuple[Indices, ...]
-    parts: tuple[KnownPayload, ...]
-    known: Array
+    arm: Indices  # indices of the arm's shared parameters among its base parameters, shape (a,)
+    free: tuple[Indices, ...]  # independent unknown parameters of each mounting, index arrays into `INERTIAL`
+    parts: tuple[KnownPayload, ...]  # known part of each mounting's payload, with factors of its covariance
+    known: Array  # values of each mounting's known parameters, zero for the others, shape (mountings, 10)
 
     @classmethod
     def of(cls, problem: Problem) -> "SharedParameters":

@@ -81,17 +81,11 @@ ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AlternativeModel:
-    """An alternative model: a share of its difference from the selected one counts as a standard deviation.
+    """An alternative model: a share of its difference from the selected one counts as a standard deviation."""
 
-    Attributes:
-        share: That share.
-        other: Its fit.
-        final: The fit of the selected model.
-    """
-
-    share: float
-    other: Fit
-    final: Fit
+    share: float  # that share
+    other: Fit  # its fit
+    final: Fit  # the fit of the selected model
 
     @property
     def log_ratio(self) -> Array:
@@ -101,22 +95,15 @@ class AlternativeModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Selected:
-    """The model selected by the data.
+    """The model selected by the data."""
 
-    Attributes:
-        final: Its fit.
-        rivals: Alternative models.
-        remarks: What was selected, in words.
-        stiff: The same model with rigid joints if the data selected elastic ones, else None.
-        unsure: Relative change of each gain per standard deviation of laws of the gains that it neglects, shape (n, m).
-        curves: Gain over current, by joint, from laws that correct the gains.
-    """
-
-    final: Fit
-    remarks: tuple[str, ...]
-    rivals: tuple[AlternativeModel, ...] = ()
-    stiff: Fit | None = None
+    final: Fit  # its fit
+    remarks: tuple[str, ...]  # what was selected, in words
+    rivals: tuple[AlternativeModel, ...] = ()  # alternative models
+    stiff: Fit | None = None  # the same model with rigid joints if the data selected elastic ones, else None
+    # relative change of each gain per standard deviation of laws of the gains that it neglects, shape (n, m):
     unsure: Array | None = None
+    # gain over current, by joint, from laws that correct the gains:
     curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
     @property

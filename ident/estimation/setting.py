@@ -37,52 +37,30 @@ class GivenGain:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Term:
-    """A further column of the friction of all joints.
+    """A further column of the friction of all joints."""
 
-    Attributes:
-        column: Rows of all joints, shape (r,); zero in those of joints without the term.
-        mean: Prior mean of each joint's coefficient.
-        std: Prior standard deviation, infinite without a prior.
-    """
-
-    column: Array
-    mean: float = 0.0
-    std: float = float("inf")
+    column: Array  # rows of all joints, shape (r,); zero in those of joints without the term
+    mean: float = 0.0  # prior mean of each joint's coefficient
+    std: float = float("inf")  # prior standard deviation, infinite without a prior
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
-    """A problem, prepared for fits with various terms.
+    """A problem, prepared for fits with various terms."""
 
-    Attributes:
-        problem: Motions and payloads.
-        shared: The parameters that joints share.
-        columns: Rows of all joints.
-        A: Columns of the shared parameters and of appended ones, shape (r, p).
-        k: Torque of the known payload parameters [N m], shape (r,).
-        names: Name and motion of the columns of friction and offset, b pairs.
-        F: Those columns, shape (r, b).
-        blocks: The rows with cross products.
-        alone: 1/g of the joints that determine it alone, zero for the others, shape (n,).
-        start: Initial values of 1/g, shape (n,).
-        prior_std: Prior standard deviation of log|h| about the initial value.
-        given: Known gains.
-        sweeps: Torques along each motion, if all are recorded.
-    """
-
-    problem: Problem
-    shared: SharedParameters
-    columns: Columns
-    A: Array
-    k: Array
-    names: tuple[tuple[str, int], ...]
-    F: Array
-    blocks: Blocks
-    alone: Array
-    start: Array
-    prior_std: float
-    given: tuple[GivenGain, ...]
-    sweeps: tuple[Sweep, ...]
+    problem: Problem  # motions and payloads
+    shared: SharedParameters  # the parameters that joints share
+    columns: Columns  # rows of all joints
+    A: Array  # columns of the shared parameters and of appended ones, shape (r, p)
+    k: Array  # torque of the known payload parameters [N m], shape (r,)
+    names: tuple[tuple[str, int], ...]  # name and motion of the columns of friction and offset, b pairs
+    F: Array  # those columns, shape (r, b)
+    blocks: Blocks  # the rows with cross products
+    alone: Array  # 1/g of the joints that determine it alone, zero for the others, shape (n,)
+    start: Array  # initial values of 1/g, shape (n,)
+    prior_std: float  # prior standard deviation of log|h| about the initial value
+    given: tuple[GivenGain, ...]  # known gains
+    sweeps: tuple[Sweep, ...]  # torques along each motion, if all are recorded
 
     @property
     def n(self) -> int:
@@ -254,23 +232,14 @@ def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Model:
-    """The model with some terms, f own columns and k shared coordinates, reduced to cross products.
+    """The model with some terms, f own columns and k shared coordinates, reduced to cross products."""
 
-    Attributes:
-        blocks: Rows with their cross products.
-        names: Name and motion of each own column, f pairs.
-        own: Own columns, those of `blocks` first.
-        F: The columns as given, shape (r, f).
-        mean: Prior mean of each coefficient, shape (n, f).
-        std: Prior standard deviation, infinite without a prior, shape (n, f).
-    """
-
-    blocks: Blocks
-    names: tuple[tuple[str, int], ...]
-    own: Own
-    F: Array
-    mean: Array
-    std: Array
+    blocks: Blocks  # rows with their cross products
+    names: tuple[tuple[str, int], ...]  # name and motion of each own column, f pairs
+    own: Own  # own columns, those of `blocks` first
+    F: Array  # the columns as given, shape (r, f)
+    mean: Array  # prior mean of each coefficient, shape (n, f)
+    std: Array  # prior standard deviation, infinite without a prior, shape (n, f)
 
     @classmethod
     def of(cls, ready: Setting, terms: Mapping[str, Term]) -> "Model":

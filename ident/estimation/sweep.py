@@ -54,17 +54,11 @@ AVERAGED_BLOCK = 60.0
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A recorded motion, with what does not depend on the parameters.
+    """A recorded motion, with what does not depend on the parameters."""
 
-    Attributes:
-        problem: The problem.
-        shared: The parameters that joints share.
-        number: Number of the motion in the problem.
-    """
-
-    problem: Problem
-    shared: SharedParameters
-    number: int
+    problem: Problem  # the problem
+    shared: SharedParameters  # the parameters that joints share
+    number: int  # number of the motion in the problem
 
     @property
     def motion(self) -> ObservedMotion:
@@ -163,15 +157,10 @@ def row_filters(observation: Observation) -> list[tuple[sparse.csr_array, sparse
 
 @dataclass(frozen=True, eq=False)
 class Torques:
-    """Torques of an arm along a motion, without friction and offset.
+    """Torques of an arm along a motion, without friction and offset."""
 
-    Attributes:
-        sweep: The motion.
-        chi: Standard parameters of the arm with its payload, shape (14 n + 3 c,); names as in `parameters.labels`.
-    """
-
-    sweep: Sweep
-    chi: Array
+    sweep: Sweep  # the motion
+    chi: Array  # standard parameters of the arm with its payload, shape (14 n + 3 c,); names as in `parameters.labels`
 
     @property
     def arm(self) -> Arm:

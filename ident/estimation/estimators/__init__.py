@@ -16,14 +16,10 @@ Options = TypeVar("Options")
 
 @dataclass(frozen=True, slots=True)
 class Estimator:
-    """A method that estimates gains.
+    """A method that estimates gains."""
 
-    Attributes:
-        options: Class of its options, a frozen dataclass with a default for every field.
-        estimate: Function that estimates the gains of a problem with such options.
-    """
-
-    options: type[object]
+    options: type[object]  # class of its options, a frozen dataclass with a default for every field
+    # function that estimates the gains of a problem with such options:
     estimate: Callable[[Problem, object], GainEstimate]
 
 

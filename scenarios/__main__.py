@@ -19,7 +19,10 @@ def main() -> int:
     own_packages_first()
     import warnings  # after the import path is settled
 
-    from scenarios.cli import main as command_line
+    try:
+        from scenarios.cli import main as command_line
+    except KeyboardInterrupt:
+        sys.exit(130)  # `Status.INTERRUPTED`, before it can be imported
 
     for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then
         os.environ.setdefault(name, "1")

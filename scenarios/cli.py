@@ -40,8 +40,8 @@ PURPOSE = "Testbench and identification of robot drive gains."
 FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
 COMPLETION, SHELLS = "--print-completion", ("bash", "zsh", "tcsh", "fish", "powershell")
 """Option, and shells whose completion shtab writes."""
-NARROW = 60
-"""Width of a terminal below which a usage line does not list the options."""
+NARROWEST, NARROW = 20, 60
+"""Smallest width that text is wrapped to, and width below which a usage line does not list the options."""
 NEGATIVE = re.compile(r"-\.?\d")
 """How a value begins that is no option: a negative number, or a list of numbers of which the first is negative."""
 
@@ -55,6 +55,8 @@ def main(words: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if words is None else words)
     try:
         open_streams()
+        if shutil.get_terminal_size().columns < NARROWEST:
+            os.environ["COLUMNS"] = str(NARROWEST)
         with signals_as_interrupts(), without_opengl():
             try:
                 return _carried_out(words)
@@ -75,6 +77,9 @@ def main(words: Sequence[str] | None = None) -> int:
             return Status.BAD_INPUT
         abandon(sys.stdout)
         return Status.NO_OUTPUT
+    except MemoryError:
+        complain("not enough memory; give shorter logs, or --jobs 1 to a study")
+        return Status.BAD_INPUT
     except Exception as error:  # a traceback would end with status 1, that of a missed tolerance
         if os.environ.get(TRACEBACK):
             traceback.print_exc()

@@ -110,21 +110,26 @@ class Claim:
     def writing(self) -> Generator[None]:
         """Create the folder, and record the written files, also if the command is interrupted.
 
-        Raises `ScenarioError` if a file or the record cannot be written, `OSError` if one cannot be created.
+        Raises `ScenarioError` if a file or the record cannot be written, which leaves no part of one, `OSError` if one
+        cannot be created.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
+        recorded, written = self.folder / f"{RECORD}.part", [self.folder / name for name in self.names]
         try:
             try:
                 yield
             finally:
-                records, there = _records(self.folder), [x for x in self.names if (self.folder / x).is_file()]
-                files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
+                records = _records(self.folder)
+                files = records.get(self.command, {}) | {x.name: _digest(x) for x in written if x.is_file()}
                 text = json.dumps({**records, self.command: files}, indent=2)
-                (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
+                recorded.write_text(text + "\n", encoding="utf-8")
+                recorded.replace(self.folder / RECORD)
         except OSError as error:
-            if error.filename is None:  # of a write
-                raise ScenarioError(f"{self.place}: cannot be written: {_reason(error)}") from error
-            raise
+            if error.filename is not None:  # not of a write
+                raise
+            for path in (recorded, *written):
+                path.unlink(missing_ok=True)
+            raise ScenarioError(f"{self.place}: cannot be written: {_reason(error)}") from error
 
 
 def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:

@@ -1,9 +1,12 @@
+import errno
+import json
 from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
-from scenarios.command_line.output import right_to_write
+from scenarios.cli import main
+from scenarios.command_line.output import Claim, right_to_write
 from scenarios.support.errors import ScenarioError
 
 NAMES = ("a.txt", "b.txt")
@@ -107,3 +110,21 @@ def test_a_file_that_is_read_is_never_written_over(tmp_path, way, force):
     with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test reads this file"):
         held(tmp_path, force=force, reads=[tmp_path / "none.txt", read[way]])
     held(tmp_path, reads=[tmp_path / ("n" * 300), tmp_path / "below"])
+
+
+def test_a_write_that_fails_leaves_no_part_and_keeps_what_is_recorded(tmp_path):
+    with Claim(tmp_path, ("kept.txt",), "rx90 one").writing():
+        (tmp_path / "kept.txt").write_text("whole")
+    known = (tmp_path / ".rx90.json").read_text()
+    with pytest.raises(ScenarioError, match="No space left"), Claim(tmp_path, ("page.html",), "rx90 two").writing():
+        (tmp_path / "page.html").write_text("half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert sorted(each.name for each in tmp_path.iterdir()) == [".rx90.json", "kept.txt"]
+    assert json.loads((tmp_path / ".rx90.json").read_text())["rx90 one"] == json.loads(known)["rx90 one"]
+
+
+@pytest.mark.parametrize("columns", ["1", "2"])
+def test_text_on_a_terminal_of_hardly_a_column_is_wrapped_at_words(columns, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", columns)
+    assert main([]) == 0
+    assert "identify" in capsys.readouterr().out

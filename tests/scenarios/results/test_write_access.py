@@ -116,9 +116,14 @@ def test_a_write_that_fails_leaves_no_part_and_keeps_what_is_recorded(tmp_path):
     with Claim(tmp_path, ("kept.txt",), "rx90 one").writing():
         (tmp_path / "kept.txt").write_text("whole")
     known = (tmp_path / ".rx90.json").read_text()
-    with pytest.raises(ScenarioError, match="No space left"), Claim(tmp_path, ("page.html",), "rx90 two").writing():
-        (tmp_path / "page.html").write_text("half")
-        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def interrupted() -> None:
+        with Claim(tmp_path, ("page.html",), "rx90 two").writing():
+            (tmp_path / "page.html").write_text("half")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(ScenarioError, match="No space left"):
+        interrupted()
     assert sorted(each.name for each in tmp_path.iterdir()) == [".rx90.json", "kept.txt"]
     assert json.loads((tmp_path / ".rx90.json").read_text())["rx90 one"] == json.loads(known)["rx90 one"]
 

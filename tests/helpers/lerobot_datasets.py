@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute
 import pyarrow.parquet as pq
 
 FPS = 50
@@ -77,6 +78,22 @@ def write(
         },
     } | info
     (folder / "meta/info.json").write_text(json.dumps(said, indent=4))
+    return folder
+
+
+def as_version_2(folder: Path) -> Path:
+    """The same dataset as LeRobot wrote it before: a file an episode, lists of any length, JSON lines."""
+    whole = pa.concat_tables([pq.read_table(each) for each in sorted(folder.glob("data/*/*.parquet"))])
+    for old in (*folder.glob("data/*/*.parquet"), *folder.glob("meta/episodes/*/*.parquet")):
+        old.unlink()
+    for e in range(len(LENGTHS)):
+        part = whole.filter(pa.compute.equal(whole["episode_index"], e))
+        columns = {name: pa.array(part[name].to_pylist()) for name in part.column_names}
+        pq.write_table(pa.table(columns), folder / f"data/chunk-000/episode_{e:06d}.parquet")
+    rows = [json.dumps({"episode_index": e, "tasks": ["wave"], "length": n}) for e, n in enumerate(LENGTHS)]
+    (folder / "meta/episodes.jsonl").write_text("\n".join(rows) + "\n")
+    info = json.loads((folder / "meta/info.json").read_text()) | {"codebase_version": "v2.1"}
+    (folder / "meta/info.json").write_text(json.dumps(info))
     return folder
 
 

@@ -1,4 +1,4 @@
-"""Logs in datasets of LeRobot, version 3: one episode of the folder with `meta/info.json`.
+"""Logs in datasets of LeRobot, version 2 or 3: one episode of the folder with `meta/info.json`.
 
 A feature of `info.json` is a column of numbers, or of rows of numbers with a name each: `shoulder_pan.pos` of
 `observation.state`. A position is an entry of `observation.state` that ends in `.pos` or has no ending; a current is
@@ -28,9 +28,9 @@ from ident.support.options import Key, is_number, is_table, strict_table
 if TYPE_CHECKING:
     import pyarrow as pa
 
-INFO = "meta/info.json"
+INFO, LIST = "meta/info.json", "meta/episodes.jsonl"
 LARGEST = 10_000_000
-"""Largest size of `meta/info.json` [bytes]."""
+"""Largest size of these files [bytes]."""
 FPS_TOL = 0.01
 """Largest relative difference between the stamps' rate and `fps`: a larger one indicates another unit or rate.
 
@@ -47,10 +47,7 @@ DEGREES = ("openarm_follower", "bi_openarm_follower")
 
 
 KEYS = {
-    "codebase_version": Key(
-        "v3.0; convert v2.1 with LeRobot: python -m lerobot.scripts.convert_dataset_v21_to_v30 --repo-id=USER/NAME",
-        lambda value: isinstance(value, str) and value.startswith("v3."),
-    ),
+    "codebase_version": Key("v2.0 to v3.0", lambda value: isinstance(value, str) and value.startswith(("v2.", "v3."))),
     "fps": Key("the frames per second, a number above 0", lambda value: is_number(value) and value > 0.0),
     "features": Key("an object with one entry per feature", is_table),
 }
@@ -60,8 +57,7 @@ KEYS = {
 def open_lerobot(path: Path, description: LogDescription) -> Table:
     """Open one episode; raises if the folder is no dataset or one must be chosen; `load`, if frames are lost."""
     info = _info(path)
-    meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
-    frames_of = dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
+    frames_of = _lengths(path) if info["codebase_version"].startswith("v2.") else _parquet_lengths(path)
     there = f"{len(frames_of)} episode{'s'[: len(frames_of) > 1]}, {min(frames_of):g} to {max(frames_of):g}"
     episode = dict(description.only).get(EPISODE, min(frames_of) if len(frames_of) == 1 else None)
     if episode is None or episode not in frames_of:
@@ -111,13 +107,29 @@ def open_lerobot(path: Path, description: LogDescription) -> Table:
 
 
 def _info(path: Path) -> dict[str, Any]:
-    """Return the metadata of a dataset; raises `RecordingError` if it is not one of LeRobot, version 3."""
+    """Return the metadata of a dataset; raises `RecordingError` if it is not one of LeRobot that is read."""
     if not (path / INFO).is_file():
         raise RecordingError(f"expected the folder of a LeRobot dataset, with {INFO}")
     content = read_bytes(path / INFO, most_bytes=LARGEST, error=RecordingError)
     with placed(INFO), readable("JSON as LeRobot writes it; copy the dataset again", RecursionError):
         info = json.loads(content)
         return info | strict_table({key: info.get(key) for key in KEYS}, KEYS, RecordingError)
+
+
+def _lengths(path: Path) -> dict[float, float]:
+    """Return the number of frames of each episode of a dataset of version 2."""
+    if not (path / LIST).is_file():
+        raise RecordingError(f"{LIST} is missing; copy the dataset again")
+    content = read_bytes(path / LIST, most_bytes=LARGEST, error=RecordingError)
+    with placed(LIST), readable("JSON lines as LeRobot writes them; copy the dataset again", RecursionError, KeyError):
+        rows = [json.loads(line) for line in content.splitlines() if line.strip()]
+        return {float(row[EPISODE]): float(row[LENGTH]) for row in rows}
+
+
+def _parquet_lengths(path: Path) -> dict[float, float]:
+    """Return the number of frames of each episode of a dataset of version 3."""
+    meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
+    return dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
 
 
 def _names(stated: object) -> list[str]:

@@ -94,6 +94,17 @@ def test_an_episode_split_over_files_is_whole_and_joints_are_in_the_order_that_i
         read_recording(folder, of(CURRENT, 1))
 
 
+def test_a_dataset_of_version_2_is_read_alike(tmp_path):
+    folder = datasets.as_version_2(so101(tmp_path / "set"))
+    for episode in range(3):
+        assert_episode(folder, CURRENT, episode)
+    with pytest.raises(RecordingError, match=r"no episode 3; there are 3 episodes, 0 to 2"):
+        read_recording(folder, of(CURRENT, 3))
+    (folder / "meta/episodes.jsonl").write_text('{"episode_index": 0}\n')
+    with pytest.raises(RecordingError, match=r"episodes\.jsonl: not JSON lines as LeRobot"):
+        read_recording(folder, of(CURRENT, 0))
+
+
 def test_stamps_that_were_measured_are_kept(tmp_path):
     rng = np.random.default_rng(3)
     late = [np.arange(n) / FPS + np.sort(rng.uniform(0.0, 0.004, n)) for n in LENGTHS]
@@ -147,7 +158,8 @@ MADE = {
     ),
     r"v2 is not a finite number at row 8 \(1 such values\)": lambda folder: so101(folder, nan=(7, 4)),
     "not JSON": truncated,
-    r"'v2\.1'.*convert_dataset_v21_to_v30": edited(codebase_version="v2.1"),
+    r"'v1\.6'.*v2\.0 to v3\.0": edited(codebase_version="v1.6"),
+    r"episodes\.jsonl is missing": edited(codebase_version="v2.1"),
     "codebase_version = None": edited(codebase_version=None),
     "fps = 0: expected": edited(fps=0),
     r"features = \[\]: expected": edited(features=[]),

@@ -121,7 +121,7 @@ def _lengths(path: Path) -> dict[float, float]:
     if not (path / LIST).is_file():
         raise RecordingError(f"{LIST} is missing; copy the dataset again")
     content = read_bytes(path / LIST, most_bytes=LARGEST, error=RecordingError)
-    with placed(LIST), readable("JSON lines as LeRobot writes them; copy the dataset again", RecursionError, KeyError):
+    with placed(LIST), readable("JSON lines as LeRobot writes them; copy the dataset again", RecursionError):
         rows = [json.loads(line) for line in content.splitlines() if line.strip()]
         return {float(row[EPISODE]): float(row[LENGTH]) for row in rows}
 

@@ -108,6 +108,11 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
     return States(t, *motion(t))
 
 
+def of_motors(states: States, A: Array | None) -> States:
+    """Return the motion of the motors from that of the joints, with the matrix `Robot.motors`."""
+    return states if A is None else States(states.t, *(x @ A.T for x in states[1:]))
+
+
 @silenced()
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """Inertia matrix of a rigid arm by its motors, with rotors, along the motion [kg m^2], shape (N, n, n)."""
@@ -169,7 +174,7 @@ def _settled(
     rigid = _torque_along(frictionless, motion, rate_hz)
     if (A := acts.build.robot.motors) is not None:  # of the motors
         rigid = np.asarray(np.linalg.solve(A.T, rigid.T).T, np.float64)
-        states = States(states.t, *(x @ A.T for x in states[1:]))
+        states = of_motors(states, A)
     v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
     steady = not varies(errors)  # nothing then depends on the current
     warms = Temperature.varies(errors)

@@ -6,7 +6,7 @@ file to them. Pinocchio's reader checks a URDF; what it ignores is checked here.
 
 import math
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -142,15 +142,28 @@ def load_arm(
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
             and prismatic joints, a coupling names a joint that does not exist, or the transmission is not possible.
     """
+    arm, minimal = load_joints(path, couplings, flange=flange)
+    if transmission is not None:
+        return with_transmission(arm, transmission)
+    check_own_motors(arm, minimal)
+    return arm
+
+
+def load_joints(
+    path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None
+) -> tuple[Arm, MinimalModel]:
+    """As `load_arm`, whatever motors turn the joints; also returns the reduced file."""
     if not isinstance(path, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise RobotModelError(f"the robot model is {type(path).__name__}; expected the path of an MJCF or URDF file")
     minimal = minimal_model(Path(path), flange)
     model = load_pinocchio(minimal, path)
     with placed(f"robot model {one_line(path)}"):
-        arm = arm_from_pinocchio(model, couplings)
-    if transmission is not None:
-        return with_transmission(arm, transmission)
-    stated = [{arm.joint_names[k] for k in pair} for pair in couplings]
+        return arm_from_pinocchio(model, couplings), minimal
+
+
+def check_own_motors(arm: Arm, minimal: MinimalModel) -> None:
+    """Refuse, by `RobotModelError`, an arm whose file has motors that turn several joints, unless couplings do so."""
+    stated = [{arm.joint_names[k] for k in pair} for pair in arm.couplings]
     for motor, ratios in minimal.shared.items():
         alone = sum(each.keys() == ratios.keys() for each in minimal.shared.values()) == 1
         if not (alone and set(ratios) in stated and len(set(ratios.values())) == 1):
@@ -158,7 +171,20 @@ def load_arm(
                 f"{motor}: it moves joints {enumerated(list(ratios))} together; state the matrix `transmission` in a "
                 "robot.toml (rx90 new-robot writes one), or --coupling I J for friction at the sum of two speeds"
             )
-    return arm
+
+
+def stated_transmission(minimal: MinimalModel, joints: Sequence[str]) -> Array | None:
+    """Return the matrix of the motors on fixed tendons of an MJCF, shape (n, n); None without any, or for more motors.
+
+    A motor has the row of the first of its joints that no other motor has.
+    """
+    A, taken = np.eye(len(joints)), list[int]()
+    for ratios in minimal.shared.values() if minimal.kind == "mjcf" else ():
+        own = [joints.index(name) for name in ratios]
+        taken += [next((j for j in own if j not in taken), -1)]
+        A[taken[-1]] = 0.0
+        A[taken[-1], own] = list(ratios.values())
+    return A if taken and -1 not in taken else None
 
 
 def load_pinocchio(minimal: MinimalModel, path: str | Path) -> "pin.Model":

@@ -11,7 +11,7 @@ from math import isfinite
 
 import numpy as np
 
-from ident.model.arm import load_arm
+from ident.model.arm import load_joints
 from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array, Indices
@@ -73,7 +73,7 @@ class Limits:
         Raises `PlantError` if a prismatic joint has no range.
         """
         robot, drives = plant.robot, plant.drives
-        arm = load_arm(robot.model, flange=robot.flange)
+        arm, _ = load_joints(robot.model, flange=robot.flange)
         endless = ~np.isfinite(arm.upper - arm.lower)
         for j in np.flatnonzero(endless & (arm.revolute == 0)):
             raise PlantError(

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.model.arm import Arm
+from ident.model.arm import Arm, check_own_motors, load_joints, stated_transmission
 from ident.payload.payload import LIGHTEST, Payload, payload_to_table, read_payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
@@ -80,6 +80,7 @@ SHOWN = 0.04
 Above 0.1 a gain is refused, and for a weak arm friction increases the standard deviation to up to 2.5 times the
 predicted one.
 """
+TURNED = "logs have positions q_motor = A q and currents of the motors"
 UNITS = {
     "gain": ("N m / drive unit", "N / drive unit"),
     "rotor_inertia": ("kg m^2", "kg"),
@@ -126,6 +127,7 @@ class NewRobot:
     payload: Payload
     payload_source: str
     home: Stated
+    transmission: Array | None = None  # matrix of motors that several joints turn, (n, n)
 
     @property
     def payload_warning(self) -> str | None:
@@ -147,6 +149,8 @@ class NewRobot:
             f"{'# ' * (self.flange is None)}flange = {toml_value(self.flange or 'BODY')}  # last body of the arm, "
             "without a gripper: joints outside the chain to it are locked",
         ]
+        if self.transmission is not None:
+            lines += [f"transmission = {self.transmission.tolist()!r}  # of the tendons of the file: {TURNED}"]
         if self.rated_load is not None:
             lines += ["", "[rated_load]  # kg; upper limit of what `rx90 payload` designs"]
             lines += [f'value = {self.rated_load!r}\norigin = "assumed"\nsource = "given to rx90 new-robot"']
@@ -165,6 +169,17 @@ class NewRobot:
         stiffest = 1.0 / (self.drives["rotor_inertia"].value * (2.0 * np.pi * resonance.second) ** 2)
         soft = [float(f"{c:.3g}") for c in stiffest]
         more = [float(f"{c * ((resonance.second / resonance.value) ** 2 - 1.0):.3g}") for c in soft]
+        elastic = (
+            f"""[sources."joint elasticity"]  # assumed: {resonance.source}
+target = "plant.errors.joint_compliance"
+distribution = "uniform"
+parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
+shared = true
+
+"""
+            if self.transmission is None
+            else ""
+        )
         return f"""{schema_line("scenario")}
 extends = "any-arm"          # controller, sensors and error sources that all arms share
 description = {toml_value(f"{self.name} as its model file describes it, with drives and friction by rules of thumb")}
@@ -188,13 +203,7 @@ gain = {tolerance!r}  # relative; four predicted standard deviations, 2 % at lea
 identifiable = {toml_value([each <= SHOWN for each in predicted])}  # predicted standard deviations \
 [%]: {percents(predicted)}; limit: {100.0 * SHOWN:g}
 
-[sources."joint elasticity"]  # assumed: {resonance.source}
-target = "plant.errors.joint_compliance"
-distribution = "uniform"
-parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
-shared = true
-
-[sources."zeros of joints"]  # assumed: {zeros.source}
+{elastic}[sources."zeros of joints"]  # assumed: {zeros.source}
 target = "plant.errors.zero_error"
 distribution = "norm"
 parameters = {{ scale = {[zeros.value if turns else zeros.second for turns in self.arm.revolute]!r} }}  # rad, m for a \
@@ -229,7 +238,11 @@ def new_robot(
     `payload` a file, or the mass of a bar [kg]; None for defaults. Raises `RobotModelError` if the file is no arm, or
     identification and simulation read it differently, a `SimulationError` or `PayloadError` if it cannot be simulated.
     """
-    arm, facts = read_arm(path, (), flange=flange), model_facts(path, flange)
+    arm, facts = read_arm(path, (), flange=flange, own_motors=False), model_facts(path, flange)
+    _, minimal = load_joints(path, flange=flange)
+    transmission = stated_transmission(minimal, arm.joint_names)
+    if transmission is None:
+        check_own_motors(arm, minimal)
     for what, given in (("home", home), ("torque", torque)):
         if given is not None and len(given) != arm.n:
             joints = ", ".join(arm.joint_names)
@@ -259,6 +272,7 @@ def new_robot(
         payload=mounted,
         payload_source=source,
         home=Stated(np.zeros(arm.n), "zero"),
+        transmission=transmission,
     )
     return replace(new, home=home_pose(arm, facts, new.design(), home))
 

@@ -22,7 +22,7 @@ from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 from scenarios.support.errors import ScenarioError
-from sim.feedforward_currents import States
+from sim.feedforward_currents import States, of_motors
 
 MOST = 1_000_000
 """Largest number of samples of a file."""
@@ -66,8 +66,7 @@ def sampled(setup: Setup, rate_hz: float) -> States:
         )
     t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
-    A = setup.plant.robot.motors
-    return States(t, *(x if A is None else x @ A.T for x in motion(t)))
+    return of_motors(States(t, *motion(t)), setup.plant.robot.motors)
 
 
 def controller_files(setup: Setup, motion: States) -> dict[str, str]:

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ident.diagnosis.diagnosis import two_digits
 from scenarios.design.excitation import Design, finite, near_words
-from scenarios.design.new_robot import CLEAR, MOTION, ROBOT, SCENARIO, SHOWN, NewRobot
+from scenarios.design.new_robot import CLEAR, MOTION, ROBOT, SCENARIO, SHOWN, TURNED, NewRobot
 from scenarios.design.search import Found, Series, best_fitted
 from scenarios.experiments.motions import write_motion
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
@@ -167,6 +167,10 @@ def _remarks(new: NewRobot, design: Design) -> Iterator[str]:
     facts, distance = new.facts, float(design.clearance(new.home.value[None])[0])
     near = ", ".join(f"{one} and {other}" for one, other in design.clearance.always_near)
     for about, said in (
+        (
+            new.transmission is not None,
+            f"Motors on tendons of the file turn several joints: transmission in {ROBOT}; {TURNED}.",
+        ),
         (facts.locked, f"Locked, as they are not joints of the chain to {new.flange}: {', '.join(facts.locked)}."),
         (distance < CLEAR, f"Home {near_words(distance)} floor or arm; give a pose clear of both with --home."),
         (

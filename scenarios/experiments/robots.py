@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from ident.model.arm import Arm, load_arm, minimal_model, with_transmission
+from ident.model.arm import Arm, check_own_motors, load_joints, with_transmission
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import joint_pose, regressor
 from ident.model.structure import BaseParameters, Structure, structure_of
@@ -57,13 +57,18 @@ PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0
 KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
-def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
+def read_arm(
+    path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None, own_motors: bool = True
+) -> Arm:
     """Read an arm of an MJCF or URDF file and check its kinematics with MuJoCo.
 
     Couplings are pairs of joints, from 0; joints outside the chain to the flange are locked. Raises
-    `RobotModelError` if it cannot be read, or the two parsers differ; the message names the first joint.
+    `RobotModelError` if it cannot be read, or the two parsers differ; the message names the first joint. So it does if
+    a motor of the file turns several joints, unless joints need no motors of their own.
     """
-    arm, minimal = load_arm(path, couplings, flange=flange), minimal_model(path, flange)
+    arm, minimal = load_joints(path, couplings, flange=flange)
+    if own_motors:
+        check_own_motors(arm, minimal)
     mjcf = minimal.kind == "mjcf"
     try:
         with captured_stderr():
@@ -233,7 +238,7 @@ def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure
 
 @lru_cache(maxsize=16)
 def _structure(arm: "Robot", stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
-    found = read_arm(arm.model, couplings, flange=arm.flange)
+    found = read_arm(arm.model, couplings, flange=arm.flange, own_motors=arm.transmission is None)
     check_same_payload(found, arm)
     return structure_of(found if arm.motors is None else with_transmission(found, arm.motors))
 

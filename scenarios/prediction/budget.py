@@ -251,7 +251,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     unpredicted += [{"source": OTHER, "reason": f"{NO_SPECTRUM} {stream}"} for stream in predictor.unknown]
     costs = dict(sorted(costs.items(), key=lambda item: -float(np.max(np.hypot(*item[1]), initial=0.0))))
     tolerance, joints = scenario.table.tolerance, predictor.joints.tolist()
-    each = np.array([*costs.values()]).reshape(-1, 2, len(joints))
+    each = np.array([*costs.values()]).reshape(len(costs), 2, len(joints))
     together = np.stack((each[:, 0].sum(axis=0), np.linalg.norm(each[:, 1], axis=0)))
 
     def joint(k: int, j: int) -> PredictedBudgetJoint:

@@ -27,7 +27,7 @@ from ident.support.arrays import Array, Mask
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import grouped
 from sim.experiment import Experiment
-from sim.feedforward_currents import feedforward_currents, inertia_along, states_of
+from sim.feedforward_currents import feedforward_currents, inertia_along, of_motors, states_of
 from sim.sensors import SensorOptions, logged, noises, without_spectrum
 from sim.sensors.sensor import Log, Noise
 
@@ -84,7 +84,8 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
     rate_hz = setup.scenario.table.experiment.controller.rate_hz / every
     found: list[Expected] = []
     for each, v in zip(setup.experiments, feedforward_currents(setup.experiments, rate_hz), strict=True):
-        log = logged(states_of(each.trajectory, rate_hz).q, v, rate_hz, each.sensors, None)
+        motion = of_motors(states_of(each.trajectory, rate_hz), each.plant.robot.motors)
+        log = logged(motion.q, v, rate_hz, each.sensors, None)
         found.append(Expected.of(log, each.sensors, every))
     return tuple(found)
 

@@ -11,15 +11,19 @@ import scenarios
 from ident.estimation.problem import GainOptions
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
-from ident.support.errors import GainsError
+from ident.support.errors import GainsError, RobotModelError
 from scenarios.design.excitation import CLEARANCE, SHARES, Design
+from scenarios.design.new_robot import new_robot
 from scenarios.design.record import sampled
 from scenarios.experiments.motions import write_motion
+from scenarios.experiments.robots import structure
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.prediction.deviations import ArmModel
+from scenarios.prediction.predictor import expected_logs
 from scenarios.results.gains_file import gains_file
 from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
 from sim.feedforward_currents import feedforward_currents
+from sim.robot import read_robot
 
 A = np.eye(6)
 A[2, 1], A[4:, 4:] = 1.0, ((0.7, 0.4), (0.6, -0.9))
@@ -73,15 +77,44 @@ def test_predicted_currents_motions_and_limits_are_those_of_the_motors(scenario)
     commanded = sampled(setup, rate)
     for own, given in zip(commanded[1:], motion, strict=True):
         np.testing.assert_allclose(own, given @ A.T, rtol=0, atol=1e-12)
+    expected = expected_logs(setup, 20)[0].log  # without noise of the encoders, but with their quantum
+    turned = bare.trajectory(expected.t)[0] @ A.T
+    np.testing.assert_allclose(expected.q, turned, rtol=0, atol=setup.experiments[0].sensors.encoder_quantum)
     design = Design.of(setup)
     whole = design.limits
     tight = replace(whole, lower=0.1 * whole.lower, upper=0.2 * whole.upper, velocity=0.1 * whole.velocity)
     over = replace(design, limits=tight).excess(rows)[:12].reshape(2, 6, -1)
     used = np.abs(motion[0] - tight.center) / tight.half, np.abs(commanded.dq) / tight.velocity
     shares = np.array((SHARES["range"], SHARES["speed"]))[:, None, None]
-    expected = np.maximum(np.swapaxes(used, 1, 2) - shares, 0.0)
-    assert (expected.max(axis=(1, 2)) > 0.0).all()
-    np.testing.assert_allclose(over, expected, rtol=0, atol=1e-9)
+    beyond = np.maximum(np.swapaxes(used, 1, 2) - shares, 0.0)
+    assert (beyond.max(axis=(1, 2)) > 0.0).all()
+    np.testing.assert_allclose(over, beyond, rtol=0, atol=1e-9)
     distance = design.clearance(motion[0])
     shortfall = np.maximum(1.0 - distance / CLEARANCE, 0.0)
     np.testing.assert_allclose(design.excess(rows)[-1], shortfall, rtol=0, atol=1e-9)
+
+
+TENDONS = """<mujoco model="wrist"><compiler angle="radian"/><worldbody><body name="post" pos="0 0 0.6">
+<joint name="lift" axis="0 1 0" range="-1.3 1.3"/><inertial pos="0.2 0 0" mass="4" diaginertia="0.02 0.05 0.05"/>
+<body name="cross" pos="0.45 0 0"><joint name="pitch" axis="0 1 0" range="-1.4 1.4"/>
+<inertial pos="0.03 0 0" mass="0.9" diaginertia="0.001 0.001 0.001"/>
+<body name="hand" pos="0.02 0 0"><joint name="roll" axis="1 0 0" range="-2.5 2.5"/>
+<inertial pos="0.06 0.01 0" mass="0.6" diaginertia="0.0006 0.001 0.001"/></body></body></body></worldbody>
+<tendon><fixed name="mB"><joint joint="pitch" coef="1.5"/><joint joint="roll" coef="-2"/></fixed>
+<fixed name="mA"><joint joint="pitch" coef="1"/><joint joint="roll" coef="3"/></fixed></tendon>
+<actuator><motor name="a1" joint="lift" forcerange="-80 80"/><motor name="aA" tendon="mA"/>
+<motor name="aB" tendon="mB"/></actuator></mujoco>"""
+
+
+def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file(tmp_path):
+    (tmp_path / "wrist.xml").write_text(TENDONS)
+    with pytest.raises(RobotModelError, match=r"motor 'aA'.* moves joints pitch and roll together.*transmission"):
+        load_arm(tmp_path / "wrist.xml")
+    new = new_robot(tmp_path / "wrist.xml")
+    np.testing.assert_array_equal(new.transmission, [[1.0, 0.0, 0.0], [0.0, 1.0, 3.0], [0.0, 1.5, -2.0]])
+    (tmp_path / "robot").mkdir()
+    new.write(tmp_path / "robot", "../wrist.xml", [0.01] * 3)
+    robot = read_robot(tmp_path / "robot/robot.toml")
+    np.testing.assert_array_equal(robot.motors, new.transmission)
+    assert "joint_compliance" not in (tmp_path / "robot/scenario.toml").read_text()
+    np.testing.assert_array_equal(structure(robot, ()).arm.transmission, new.transmission)

@@ -115,6 +115,7 @@ class Claim:
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         recorded, written = self.folder / f"{RECORD}.part", [self.folder / name for name in self.names]
+        before = {path: _digest(path) for path in written if path.is_file()}
         try:
             try:
                 yield
@@ -127,8 +128,9 @@ class Claim:
         except OSError as error:
             if error.filename is not None:  # not of a write
                 raise
-            for path in (recorded, *written):
-                path.unlink(missing_ok=True)
+            recorded.unlink(missing_ok=True)
+            for path in (each for each in written if each.is_file() and _digest(each) != before.get(each)):
+                path.unlink()
             raise ScenarioError(f"{self.place}: cannot be written: {_reason(error)}") from error
 
 

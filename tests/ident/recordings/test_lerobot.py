@@ -157,7 +157,7 @@ MADE = {
         lambda folder: so101(folder, *TWO)
     ),
     r"v2 is not a finite number at row 8 \(1 such values\)": lambda folder: so101(folder, nan=(7, 4)),
-    "not JSON": truncated,
+    r"set: meta/info\.json: not JSON": truncated,
     r"'v1\.6'.*v2\.0 to v3\.0": edited(codebase_version="v1.6"),
     r"episodes\.jsonl is missing": edited(codebase_version="v2.1"),
     "codebase_version = None": edited(codebase_version=None),

@@ -3,7 +3,7 @@ import time
 import pytest
 
 from ident.support import files
-from ident.support.errors import PayloadError
+from ident.support.errors import PayloadError, placed
 from ident.support.files import DEEPEST, LARGEST, read_toml
 from ident.support.naming import nearest, one_line, shown
 
@@ -68,6 +68,22 @@ def test_what_may_not_or_cannot_be_read_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(files.Path, "read_bytes", denied)  # whoever runs the tests may be allowed everything
     with pytest.raises(PayloadError, match=r"a\.toml: Permission denied"):
         read_toml(tmp_path / "a.toml", error=PayloadError)
+
+
+def test_a_message_begins_with_each_of_its_places_once():
+    def within(outer: str, inner: str, reason: str) -> None:
+        with placed(outer), placed(inner):
+            raise PayloadError(reason)
+
+    for places, message in (
+        (("a/b.toml", "payload"), "a/b.toml: payload: t"),
+        (("a", "a/b.toml"), "a/b.toml: t"),
+        (("a", "a"), "a: t"),
+        (("x", "t"), "x: t: t"),
+    ):
+        with pytest.raises(PayloadError, match=f"^{message} advances$") as caught:
+            within(*places, "t advances")
+        assert caught.value.reason == "t advances"
 
 
 def test_values_are_shown_short_and_on_one_line_and_the_nearest_name_is_asked_for():

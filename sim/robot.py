@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from ident.support.arrays import Array
+from ident.support.arrays import Array, transmission_fault
 from ident.support.errors import placed
 from ident.support.files import read_toml
 from sim.errors import PlantError
@@ -218,13 +218,9 @@ class Robot(Table):
                 faults.append(f"coupling of motor {motor + 1} with joint {other + 1}: expected two of its {n} joints")
         if len({each.motor for each in self.coupling}) < len(self.coupling):
             faults.append("coupling: a motor is named twice; each can be coupled to one other joint only")
-        if self.transmission is not None:
-            if any(len(row) != n for row in self.transmission) or len(self.transmission) != n:
-                faults.append(f"transmission: expected {n} rows of {n} numbers, q_motor = A q")
-            elif not abs(np.linalg.det(np.array(self.transmission))) > 0.0:
-                faults.append("transmission: the matrix is singular; expected motors that move all joints")
-            elif self.coupling:
-                faults.append("transmission: it states what coupling does; give one of both")
+        stated = self.transmission
+        if stated is not None and (fault := transmission_fault(stated, n, coupled=bool(self.coupling))):
+            faults.append(f"transmission: {fault}")
         if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < n - 1:
             faults.append(
                 f"gravity_spring acts on joint {self.gravity_spring.joint + 1}: expected one of its first {n - 1} "

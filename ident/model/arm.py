@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.model.mjcf import NAME_IT, MinimalModel, minimal_mjcf, refuse_unknown_flange
 from ident.model.xml_tree import check_attributes, read_xml, title, where
-from ident.support.arrays import Array, readonly
+from ident.support.arrays import Array, readonly, transmission_fault
 from ident.support.errors import RobotModelError, placed
 from ident.support.files import captured_stderr
 from ident.support.naming import enumerated, nearest, one_line, shown
@@ -34,8 +34,6 @@ FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
 """Limits of a revolute joint between these values [rad] are probably in degrees; larger ones mean no limit."""
 STRONGEST_GRAVITY = 100.0
 """Largest plausible gravity [m/s^2]."""
-SINGULAR = 1e-6
-"""Inverse of the condition number from which a transmission is singular."""
 PARTS = {
     "parent": {"link": 0},
     "child": {"link": 0},
@@ -104,14 +102,9 @@ def with_transmission(arm: Arm, A: Array) -> Arm:
     Its position limits are the ends of what the motors can reach. Raises `RobotModelError` if A is not an invertible
     matrix of the arm's size, or a motor turns joints of both kinds.
     """
-    A, n = np.asarray(A, np.float64), arm.n
-    if A.shape != (n, n) or not np.isfinite(A).all():
-        raise RobotModelError(f"transmission: expected {n} rows of {n} numbers, q_motor = A q, for robot {arm.name}")
-    if arm.couplings:
-        raise RobotModelError("transmission: it states what couplings do; give one of both")
-    size = np.linalg.norm(A, axis=1, keepdims=True)
-    if not size.all() or np.linalg.cond(A / size) > 1.0 / SINGULAR:
-        raise RobotModelError("transmission: the matrix is singular; expected motors that move all joints")
+    A = np.asarray(A, np.float64)
+    if fault := transmission_fault(A, arm.n, coupled=bool(arm.couplings)):
+        raise RobotModelError(f"transmission: {fault}")
     turns = np.asarray(arm.revolute, np.bool_)
     mixed = np.flatnonzero((A[:, turns] != 0.0).any(axis=1) & (A[:, ~turns] != 0.0).any(axis=1))
     if len(mixed) or (np.asarray(A[:, turns] != 0.0).any(axis=1) != turns).any():

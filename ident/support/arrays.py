@@ -1,6 +1,6 @@
 """Arrays, read-only once stored in a dataclass, and results that are computed once for such a dataclass."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import TypeAlias, TypeVar, TypeVarTuple
 from weakref import WeakKeyDictionary
@@ -16,6 +16,8 @@ MaskedArray: TypeAlias = np.ma.MaskedArray[tuple[int, ...], np.dtype[np.float64]
 Of = TypeVar("Of")
 More = TypeVarTuple("More")
 Result = TypeVar("Result")
+SINGULAR = 1e-6
+"""Inverse of the condition number from which a transmission is singular."""
 
 
 def readonly(values: npt.ArrayLike) -> Array:
@@ -51,3 +53,15 @@ def once_per_object(function: Callable[[Of, *More], Result]) -> Callable[[Of, *M
         return results[more]
 
     return called
+
+
+def transmission_fault(A: Array | Sequence[Sequence[float]], n: int, *, coupled: bool) -> str | None:
+    """Return why the motors of n joints, which may be coupled, cannot turn by q_motor = A q; None if they can."""
+    if len(A) != n or any(np.shape(row) != (n,) or not np.isfinite(row).all() for row in A):
+        return f"expected {n} rows of {n} numbers, q_motor = A q"
+    if coupled:
+        return "it states what coupling does; give one of both"
+    size = np.linalg.norm(A, axis=1, keepdims=True)
+    if not size.all() or np.linalg.cond(A / size) > 1.0 / SINGULAR:
+        return "the matrix is singular; expected motors that move all joints"
+    return None

@@ -7,14 +7,13 @@ import pytest
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
-import rx90_mjcf
 from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents, inertia_along
 from sim.plant import plant_model
 from sim.record import record
-from sim.robot import DriveTruth, Robot, read_robot
+from sim.robot import DriveTruth, Robot
 from sim.sensors import SensorOptions
 
 WRIST = np.diag([1.0, -1.2, 1.0, 2.0, 1.0, 1.0])
@@ -92,18 +91,6 @@ def test_torques_of_effects_act_as_those_of_the_drives():
     one, other = record([drifting, larger], streams(3, 3), threads=1)
     np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-8)  # a loop damps rounding errors
     np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-6 * np.abs(one.v).max())
-
-
-@pytest.mark.parametrize(
-    ("A", "said"),
-    [(WRIST[:5], "6 rows"), (WRIST[:, :5], "6 rows"), (WRIST[[0, 1, 2, 3, 4, 4]], "singular")],
-)
-def test_an_impossible_transmission_is_refused(A, said, tmp_path):
-    stated = f'model = "{RX90.model}"\ntransmission = {A.tolist()}'
-    text = rx90_mjcf.ROBOT.read_text(encoding="utf-8").replace('model = "rx90.xml"', stated)
-    (tmp_path / "robot.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(PlantError, match=said):
-        read_robot(tmp_path / "robot.toml")
 
 
 def test_elastic_joints_behind_such_motors_are_not_simulated():

@@ -154,6 +154,10 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text + COUPLING.replace("= 1", "= 3"), "3 with joint 3: expected two"),
         (text + COUPLING + COUPLING.replace("= 1", "= 2"), "a motor is named twice"),
         (text + SPRING.replace("joint = 2", "joint = 3"), "first 2 joints"),
+        (f"transmission = [[1, 0, 0], [0, 1, 0]]\n{text}", "transmission: expected 3 rows of 3 numbers"),
+        (f"transmission = [[1, 0], [0, 1], [0, 2]]\n{text}", "transmission: expected 3 rows of 3 numbers"),
+        (f"transmission = [[1, 0, 0], [0, 0.7, 0.1], [0, 2.1, 0.3]]\n{text}", "transmission: the matrix is singular"),
+        (f"transmission = [[1, 0, 0], [0, 1, 0], [0, 1, 1]]\n{text}{COUPLING}", "transmission: .*; give one of both"),
     ):
         assert faulty != text
         path.write_text(faulty)

@@ -25,9 +25,6 @@ from scenarios.results.diagnoses import (
     horizon_paragraphs,
 )
 
-LIMITS, FRICTION = "joint limits", "friction sign"
-"""Names of the diagnoses of joints beyond their limits, and of friction with the sign of a driving torque."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckJoint(JointMotion):
@@ -69,65 +66,21 @@ class CheckLog(ResultModel):
         return cls(log=log, joints=joints)
 
 
-class CheckLine(ResultModel):
-    """A line of a check; `log` and `joint` are null if it concerns all of them."""
-
-    log: str | None = Field(description="Name of the log")
-    what: str = Field(description="What was checked")
-    joint: int | None = Field(ge=1, description="Number of the joint, from 1")
-    verdict: Literal["good", "weak", "wrong"] = Field(description="Verdict of this line")
-    seen: str = Field(description="The finding")
-    advice: str | None = Field(description="Recommended action")
-
-
-class CheckReadings(ResultModel):
-    """Faults of all logs together."""
-
-    better: list[str] = Field(description="Faults that significantly improve the prediction of the currents")
-    same: list[str] = Field(description="Faults that these logs can neither confirm nor exclude")
-    out_of_reach: list[int] = Field(description="Joints beyond their limits")
-    driven_by_friction: list[int] = Field(description="Joints whose positions or currents have the wrong sign")
-
-
 class Check(DiagnosedResult):
     """What `rx90 check --json` prints."""
 
     robot: str = Field(description="Name of the robot")
-    verdict: Literal["good", "weak", "wrong"] = Field(description="Worst verdict of all lines")
-    lines: list[CheckLine] = Field(description="What was checked")
+    verdict: Literal["good", "weak", "wrong"] = Field(description="Worst severity of all checks")
     logs: list[CheckLog] = Field(description="Motion of the joints")
-    readings: CheckReadings = Field(description="Faults of all logs together")
 
     @classmethod
     def of(cls, checked: Checked, arm: Arm) -> "Check":
         """Return the result of a check."""
-        found = checked.found
-
-        def joints(name: str) -> list[int]:
-            return sorted({joint + 1 for each in found.findings if each.name == name for joint in each.joints})
-
         return cls(
             robot=arm.name,
-            verdict=found.severity.value,
-            lines=[
-                CheckLine(
-                    log=each.logs[0] if len(each.logs) == 1 else None,
-                    what=each.name,
-                    joint=each.joints[0] + 1 if len(each.joints) == 1 else None,
-                    verdict=each.severity.value,
-                    seen=each.sentence,
-                    advice=each.advice,
-                )
-                for each in found.diagnoses
-            ],
+            verdict=checked.found.severity.value,
             logs=[CheckLog.of(name, motions, arm) for name, motions in checked.logs],
-            readings=CheckReadings(
-                better=[x.sentence for x in found.diagnoses if x.severity is Severity.WRONG and x.z is not None],
-                same=[*found.undetectable, *found.undetectable_together],
-                out_of_reach=joints(LIMITS),
-                driven_by_friction=joints(FRICTION),
-            ),
-            **diagnosed_values(found),
+            **diagnosed_values(checked.found),
         )
 
     @property

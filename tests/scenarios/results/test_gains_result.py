@@ -17,7 +17,7 @@ from ident.payload.payload import Payload
 from scenarios.rendering.content import Mood, Paragraph
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import to_json
-from scenarios.results.check import FRICTION, LIMITS, Check, CheckLog, motion_parts, range_plot
+from scenarios.results.check import CheckLog, motion_parts, range_plot
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.gains import Result, ResultGain, common_unit, gain_units
@@ -254,18 +254,6 @@ def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
     assert [line.get_label() for line in axes.lines] == ["first", "second"]
     assert [own[2] for own in drawn_intervals(axes)] == [pytest.approx((50.0, 25.0, 75.0), rel=1e-9)] * 2
     assert axes.lines[0].get_marker() != axes.lines[1].get_marker()
-
-
-def test_readings_of_a_check_have_the_joints_of_their_own_finding_and_faults_that_a_test_told(arm):
-    wrong = ((LIMITS, (4,), None), (FRICTION, (3, 1), None), ("zero", (0,), 6.5))
-    found = Diagnosed(
-        diagnoses=tuple(
-            replace(DOUBT, name=name, severity=Severity.WRONG, joints=joints, z=z, sentence=name)
-            for name, joints, z in wrong
-        )
-    )
-    readings = Check.of(SimpleNamespace(found=found, logs=()), arm).readings
-    assert (readings.out_of_reach, readings.driven_by_friction, readings.better) == ([5], [2, 4], ["zero"])
 
 
 NAMES = ("mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")

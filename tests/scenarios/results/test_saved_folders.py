@@ -193,10 +193,11 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
     report, told = page_of(folder), json.loads((folder / "result.json").read_text())
     assert report.title.startswith({"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}[told["verdict"]])
     tables = [part for part in report.parts if isinstance(part, Table) and part.columns[-1].title == "Found"]
-    lines = sorted(told["lines"], key=lambda line: ["wrong", "weak", "good"].index(line["verdict"]))
+    found = told["diagnoses"]
     shown = {table.title: [row[2].text for row in table.rows] for table in tables}
-    own = {name: [x["seen"] for x in lines if Path(x["log"] or TOGETHER).name == name] for name in shown}
-    assert (shown, sum(map(len, shown.values()))) == (own, len(lines))
+    logs = [", ".join(Path(log).name for log in x["logs"]) or TOGETHER for x in found]
+    own = {name: [x["sentence"] for x, of in zip(found, logs, strict=True) if of == name] for name in shown}
+    assert (shown, sum(map(len, shown.values()))) == (own, len(found))
     currents = [part for part in report.parts if isinstance(part, Plot) and part.wide]
     assert len(currents) == 12
     v = read_recording(saved / "unloaded.parquet").v[:, 2]

@@ -18,8 +18,6 @@ from scenarios.support.errors import ScenarioError
 if TYPE_CHECKING:
     from scenarios.experiments.study import Study
     from scenarios.experiments.study_folder import StudyFolder
-    from scenarios.results.sensitivity import Budget
-    from scenarios.results.studies import StudyResult
 
 PATIENCE = 5.0
 """Timeout for the end of an interrupted study [s]."""
@@ -78,7 +76,8 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
     from scenarios.results.studies import StudyResult
 
     result = StudyResult.of(scenario, options.seed, rows_in(folder))
-    return _summarised(result, result.title(options.trials), options, passed=result.passed)
+    rows = Paragraph(f"Rows in {options.out / 'trials'}.")
+    return output.show(result.report(result.title(options.trials), rows), options, passed=result.passed)
 
 
 def sensitivity_arguments(parser: argparse.ArgumentParser) -> None:
@@ -101,7 +100,8 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     from scenarios.results.sensitivity import Budget
 
     found = Budget.of(scenario, study.count, folder, options.seed)
-    return _summarised(found, found.title(len(scenario.table.sources)), options, passed=True)
+    rows = Paragraph(f"Rows in {options.out / 'trials'}.")
+    return output.show(found.report(found.title(len(scenario.table.sources)), rows), options)
 
 
 def compare_arguments(parser: argparse.ArgumentParser) -> None:
@@ -180,19 +180,6 @@ def _carried_out(study: "Study", options: argparse.Namespace) -> "StudyFolder":
     command = shlex.join([program, name, options.scenario, *words])
     with interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=output.console(options))
-
-
-def _summarised(result: "StudyResult | Budget", title: str, options: argparse.Namespace, *, passed: bool) -> Status:
-    """Write the summary of a study, and show it; an error loses no rows."""
-    try:
-        written = result.write(options.out)
-    except OSError as error:
-        raise ScenarioError(
-            f"{options.out}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
-            "disk space and repeat the command"
-        ) from error
-    rows = Paragraph(f"Rows in {options.out / 'trials'}; {written.name} in {options.out}.")
-    return output.show(result.report(title, rows), options, passed=passed)
 
 
 @contextmanager

@@ -24,7 +24,6 @@ from scenarios.support.errors import ScenarioError
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BUDGET = "budget.parquet"
 SHOWN, DRAWN = 6, 10
 """Number of sources per joint on a screen (files have all), and in a plot."""
 WIDEST = 0.5
@@ -39,8 +38,6 @@ NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 TAILS = (2.5, 97.5)
 """Percentiles of the bootstrap at the ends of an interval."""
 RESAMPLES = 1000
-INDICES = ("rms", "first", "total")
-"""Numbers of a source that have intervals."""
 
 
 class Interval(ResultModel):
@@ -237,16 +234,6 @@ class Budget(ResultModel):
             if budget.costs:
                 yield cost_plot(budget, order, 100.0 * limit)
         yield Paragraph(SOURCES)
-
-    def write(self, folder: Path) -> Path:
-        """Write `BUDGET`, one row per joint and source."""
-        costs = [cost.model_dump() for budget in self.joints for cost in budget.costs]
-        for row in costs:
-            for name in INDICES:
-                ends = row.pop(name) or dict.fromkeys(Interval.model_fields)
-                row |= {name: ends["value"], f"{name}_low": ends["low"], f"{name}_high": ends["high"]}
-        pd.DataFrame(costs).to_parquet(folder / BUDGET, index=False)
-        return folder / BUDGET
 
 
 def _index(index: Interval | None) -> str | None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 from pydantic import Field
 from scipy import stats
@@ -47,7 +46,6 @@ from scenarios.results.record import repeated
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SUMMARY = "summary.parquet"
 NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
 """Nominal coverage of an interval of two standard deviations."""
 BINS, WORST = 40, 5
@@ -158,11 +156,6 @@ class StudyResult(ResultModel):
             return verdict(f"{fail} ({of})", False)
         said = f"no joint fails in more than {missed} of" if missed else "every joint passes in all"
         return verdict(f"{said} {trials} trials ({rule})", True)
-
-    def write(self, folder: Path) -> Path:
-        """Write `SUMMARY`, one row per joint."""
-        pd.DataFrame([dict(joint) for joint in self.joints]).to_parquet(folder / SUMMARY, index=False)
-        return folder / SUMMARY
 
 
 def monte_carlo_page(folder: Path) -> Report:

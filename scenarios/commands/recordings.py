@@ -31,26 +31,25 @@ def record_command(options: argparse.Namespace) -> Status:
     from ident.diagnosis.diagnose import horizon
     from ident.payload.payload import write_payload
     from scenarios.design.record import Recorded, controller_files, instructions, sampled
-    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report
     from scenarios.results.run_folder import payload_file
     from scenarios.support.texts import schema_line
     from sim.feedforward_currents import check_torque_limits
 
-    setup, stated = setup_of(load_scenario(options.scenario)), stated_payloads(scenario_as_stated(options.scenario))
+    setup = setup_of(load_scenario(options.scenario))
     check_torque_limits(setup.experiments)
     motion = sampled(setup, options.rate)
-    payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
     expected = horizon(expected_preparation(setup, enough(setup)).logs())
     recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
-    page = instructions(setup, recorded, payloads, options.scenario, expected)
+    page = instructions(setup, recorded, options.scenario, expected)
     with claim.writing():
         write_report(page, claim.folder / PAGE)
         for name, text in texts.items():
             (claim.folder / name).write_text(text, encoding="utf-8")
     recorded.files = [str(claim.folder / name) for name in (PAGE, *texts)]
-    for mounting, payload in payloads.items():
+    for mounting, payload in setup.payloads.items():
         path = claim.folder / payload_file(mounting)
         (recorded.kept if path.exists() else recorded.files).append(str(path))
         if not path.exists():

@@ -3,7 +3,7 @@
 import json
 import math
 import shlex
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator
 from io import StringIO
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from pydantic import Field
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.timing import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE
-from ident.payload.payload import Payload
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import BARE, TURNS, in_turns
@@ -186,18 +185,12 @@ class Recorded(ResultModel):
         yield from (Paragraph(one_line(f"{each}: {KEPT}")) for each in self.kept)
 
 
-def instructions(
-    setup: Setup,
-    recorded: Recorded,
-    payloads: Mapping[str, Payload],
-    name: str,
-    expected: Diagnosed,
-) -> Report:
+def instructions(setup: Setup, recorded: Recorded, name: str, expected: Diagnosed) -> Report:
     """Return the page of a scenario's motions and payloads; `name` is the scenario's on the command line."""
     chosen, robot, experiments = setup.scenario.table, setup.experiments[0].plant.robot, setup.experiments
     warm_up, load, observe = chosen.experiment.warm_up, robot.rated_load, chosen.identification.observe
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
-    heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
+    heavy = [each for each, payload in setup.payloads.items() if load is not None and payload.mass > load]
     rated += f" Above the rated load: {', '.join(heavy)}; check the manual for the permitted speed." if heavy else ""
     warming = f"Before the first one, repeat the motion with a bare flange for {warm_up:g} s to warm up drives and oil."
     if not warm_up:
@@ -228,7 +221,7 @@ def instructions(
         Line(shlex.join(["rx90", "view", name])),
         Heading("Mount"),
         table(
-            payloads.items(),
+            setup.payloads.items(),
             column("Payload", lambda row: row[0], words=True),
             column("Mass [kg]", lambda row: _about([row[1].mass], [row[1].mass_std])),
             column("Centre [m]", lambda row: _about(row[1].com or (), row[1].com_std) or "not stated", words=True),

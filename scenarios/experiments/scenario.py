@@ -48,27 +48,10 @@ UNNAMED = "scenario"
 """Name of files that are known by the name of their folder."""
 OPTIONAL = "plant.errors."
 """Keys whose omitted array means zeros, one per joint."""
-NOTHING = (0.0, 0.0, 0.0)
 CHECK = "check-weight"
 """Name of the motion that is not used for identification; no mounting can have a name with a hyphen."""
 DRIVES_KEPT = 16
 """Number of cached drives; one takes a kilobyte."""
-
-
-def scenario_as_stated(name: str) -> Scenario:
-    """Return a scenario as specified by its file and the extended ones, without the numbers that they leave out.
-
-    Raises `ScenarioError` if it is missing, has an unknown key or a wrong value; the message names both.
-    """
-    table, path = scenario_table(name)
-    wanted = stating_file(name, "tolerance.identifiable")
-    return Scenario(
-        name=path.parent.name or path.stem if path.stem == UNNAMED else path.stem,
-        folder=path.parent,
-        table=validated(table, str(path)),
-        expectation="" if wanted is None else wanted.name,
-        asking={key: str(stating_file(name, key) or path) for key in BUILT_IN},
-    )
 
 
 def load_scenario(name: str) -> Scenario:
@@ -79,15 +62,17 @@ def load_scenario(name: str) -> Scenario:
             exist, or assumes an impossible payload.
         PlantError: If the file of its robot is not valid.
     """
-    scenario = scenario_as_stated(name)
-    table, nominal, exact = scenario.table, robot_of(scenario).drives, scenario.table.belief.exact
-    certain = {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
-    believed = {
-        key: payload_to_table(
-            replace(payload, **certain) if (exact.get(key) if isinstance(exact, Mapping) else exact) else payload
-        )
-        for key, payload in stated_payloads(scenario).items()
-    }
+    stated, path = scenario_table(name)
+    wanted = stating_file(name, "tolerance.identifiable")
+    scenario = Scenario(
+        name=path.parent.name or path.stem if path.stem == UNNAMED else path.stem,
+        folder=path.parent,
+        table=validated(stated, str(path)),
+        expectation="" if wanted is None else wanted.name,
+        asking={key: str(stating_file(name, key) or path) for key in BUILT_IN},
+    )
+    table, nominal = scenario.table, robot_of(scenario).drives
+    believed = {key: payload_to_table(payload) for key, payload in stated_payloads(scenario).items()}
     true = by_mounting(table.plant.payload, table.plant.payloads)
     used = mountings(table.experiment.protocol) or tuple(true)  # a draw of a payload that is never mounted is an error
     plant, belief = (
@@ -101,7 +86,7 @@ def load_scenario(name: str) -> Scenario:
     }
     update = {
         "plant": table.plant.model_copy(update={**drives, **plant}),
-        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a specified value is replaced by zero
+        "belief": table.belief.model_copy(update=belief),
     }
     return replace(scenario, table=table.model_copy(update=update))
 
@@ -120,8 +105,7 @@ def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
     for key, stated in by_mounting(belief.payload, belief.payloads).items():
         try:
             payload = payload_from_table(stated)
-            known = belief.known.get(key) if isinstance(belief.known, Mapping) else belief.known
-            found[key] = payload if known is None else replace(payload, known=known)
+            found[key] = payload if belief.known is None else replace(payload, known=belief.known)
         except PayloadError as error:
             where = "" if key == LOADED else f"payloads.{key}: "
             raise ScenarioError(f"{scenario.name}: belief.{where}{error}") from error

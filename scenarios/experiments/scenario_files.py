@@ -1,7 +1,6 @@
 """Scenario files as TOML tables: names and places, and `extends`. Light imports: the command line checks names here.
 
-An extending file replaces values key by key. Paths of robot and motions are relative to the file that names them. A
-payload's standard deviation in a file has priority over an inherited `belief.exact`; both in one file are an error.
+An extending file replaces values key by key. Paths of robot and motions are relative to the file that names them.
 """
 
 import os
@@ -28,7 +27,6 @@ LOADED = "loaded"
 """Name of the payload in key `payload` of plant and belief."""
 SEEDS = 2**31
 """Upper bound of seeds of trials, exclusive."""
-DEVIATIONS = ("mass_std", "com_std", "inertia_std")
 
 Table = dict[str, object]
 
@@ -76,12 +74,6 @@ def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...
     if len(below) >= DEEPEST:
         raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
     table = read_toml(path, error=ScenarioError)
-    for payload, key in _deviations(table).items():
-        if _taken_as_exact(_below(table, "belief").get("exact"), payload):
-            place = "payload" if payload == LOADED else f"payloads.{payload}"
-            raise WrongValue(
-                f"{path}: belief.{place}: {key} is specified, but belief.exact sets it to zero; remove one of them"
-            )
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
@@ -93,7 +85,7 @@ def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...
         if below or str(error).startswith(str(path)):
             raise
         raise ScenarioError(f"{path}: extends: {error}") from error
-    return _merged(seen_from(base, there.parent, path.parent), table), path
+    return overlaid(seen_from(base, there.parent, path.parent), table), path
 
 
 def stating_file(name: str, key: str, folder: Path | None = None) -> Path | None:
@@ -136,45 +128,12 @@ def seen_from(table: Mapping[str, object], beside: Path, folder: Path) -> Table:
     return found
 
 
-def _merged(base: Table, over: Table) -> Table:
-    """Return the tables of a file and of the one that it extends."""
-    merged, below, above = overlaid(base, over), _below(base, "belief"), _below(over, "belief")
-    exact, stated = above.get("exact", below.get("exact")), _deviations(over)
-    if "exact" not in above and any(_taken_as_exact(exact, name) for name in stated):
-        names = sorted({*_payloads(below), *_payloads(above)})
-        exact = {name: name not in stated and _taken_as_exact(exact, name) for name in names}
-    return merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})
-
-
 def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> Table:
     """Merge tables key by key; other values replace."""
     both = {
         key for key in base.keys() & over.keys() if isinstance(base[key], Mapping) and isinstance(over[key], Mapping)
     }
     return {**base, **over, **{key: overlaid(_below(base, key), _below(over, key)) for key in both}}
-
-
-def _deviations(table: Mapping[str, object]) -> dict[str, str]:
-    """Return the first nonzero standard deviation that is specified for each payload."""
-
-    def nonzero(value: object) -> bool:
-        if isinstance(value, Mapping | list):
-            return any(map(nonzero, value.values() if isinstance(value, Mapping) else value))
-        return value is not None and value != 0
-
-    stated = {
-        name: [key for key in DEVIATIONS if isinstance(payload, Mapping) and nonzero(payload.get(key))]
-        for name, payload in _payloads(_below(table, "belief")).items()
-    }
-    return {name: keys[0] for name, keys in stated.items() if keys}
-
-
-def _payloads(belief: Mapping[str, object]) -> Table:
-    return {**({LOADED: belief["payload"]} if "payload" in belief else {}), **_below(belief, "payloads")}
-
-
-def _taken_as_exact(exact: object, name: str) -> bool:
-    return exact is True or (isinstance(exact, Mapping) and exact.get(name) is True)
 
 
 def _below(table: object, key: str) -> dict[str, object]:

@@ -19,7 +19,7 @@ import rx90_mjcf
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import INERTIA_KEYS, Payload, payload_to_table, read_payload
+from ident.payload.payload import INERTIA_KEYS, Payload, read_payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table
@@ -134,7 +134,7 @@ if TYPE_CHECKING:  # a name is replaced by its numbers
     Believed = dict[str, object]
 else:
     Carried = Annotated[str, AfterValidator(BodyTable.of)] | BodyTable
-    Believed = Annotated[str, AfterValidator(lambda name: payload_to_table(_named(name)))] | dict[str, object]
+    Believed = Annotated[str, AfterValidator(lambda name: BodyTable.of(name).model_dump())] | dict[str, object]
 
 
 class PlantTable(Table):
@@ -183,19 +183,17 @@ class BeliefTable(Table):
         controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
             the identification model has only these, whatever the robot has.
-        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS`, of which mass, centre and inertia are taken as
+            exact, or a table in the format of payload files.
         payloads: Further assumed payloads, by their names in the protocol.
-        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
-        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
-            name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`.
+        known: Overrides `known` of all payloads.
     """
 
     controller_gain: Vector
     couplings: tuple[tuple[int, int], ...] = ()
     payload: Believed | None = None
     payloads: dict[str, Believed] = Field({})
-    known: Known | dict[str, Known] | None = None
-    exact: bool | dict[str, bool] = False
+    known: Known | None = None
 
 
 class IdentificationTable(Table):
@@ -383,8 +381,6 @@ def _payload_faults(table: ScenarioTable) -> Iterator[str]:
         ("belief: plant has no payload", sides["belief"], sides["plant"]),
         ("plant: belief has no payload", sides["plant"], sides["belief"]),
         ("experiment.protocol: no payload", protocol, (BARE, *sides["plant"])),
-        ("belief.known: no payload", belief.known if isinstance(belief.known, Mapping) else (), sides["belief"]),
-        ("belief.exact: no payload", belief.exact if isinstance(belief.exact, Mapping) else (), sides["belief"]),
     ):
         for name in names:
             if name not in known:

@@ -55,18 +55,17 @@ def test_every_motion_has_the_payload_that_the_protocol_names_on_either_side(tmp
     assert list(setup.payloads) == ["heavy", "light"]
 
 
-@pytest.mark.parametrize(
-    ("known", "expected"),
-    [('"mass"', ["mass", "mass"]), ('{ heavy = "mass" }', ["all", "mass"]), (None, ["all", "all"])],
-)
-def test_what_is_known_is_said_for_every_payload_or_for_one(tmp_path, known, expected):
+def test_what_is_known_is_said_for_every_payload_or_in_its_own_table(tmp_path):
     path = Path(scenario_of(tmp_path, FOUR))
-    if known is not None:
-        path.write_text(f"{path.read_text()}[belief]\nknown = {known}\n")
-    setup = setup_of(load_scenario(str(path)))
-    assert [setup.payloads[name].known for name in ("light", "heavy")] == expected
-    again = setup_of(setup.scenario)
-    assert [again.payloads[name].known for name in ("light", "heavy")] == expected
+    for belief, expected in (
+        ('[belief]\nknown = "mass"\n', ["mass", "mass"]),
+        ('[belief.payloads.heavy]\nknown = "mass"\n', ["all", "mass"]),
+        ("", ["all", "all"]),
+    ):
+        (tmp_path / "over.toml").write_text(f'extends = "{path.name}"\n{belief}')
+        setup = setup_of(load_scenario(str(tmp_path / "over.toml")))
+        for each in (setup, setup_of(setup.scenario)):
+            assert [each.payloads[name].known for name in ("light", "heavy")] == expected
 
 
 @pytest.mark.usefixtures("_undiagnosed")

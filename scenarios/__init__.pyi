@@ -1,7 +1,6 @@
 from .experiments.judge import GainVerdict as GainVerdict
 from .experiments.judge import Verdict as Verdict
 from .experiments.loaded_scenario import LoadedScenario as LoadedScenario
-from .experiments.loaded_scenario import assert_scenario as assert_scenario
 from .experiments.loaded_scenario import load as load
 from .experiments.run import Run as Run
 from .experiments.run import Simulated as Simulated
@@ -10,4 +9,5 @@ from .experiments.schema import Scenario as Scenario
 from .experiments.study import StudyRows as StudyRows
 from .experiments.workers import dask_workers as dask_workers
 from .experiments.workers import local_processes as local_processes
+from .results.studies import assert_scenario as assert_scenario
 from .support.errors import ScenarioError as ScenarioError

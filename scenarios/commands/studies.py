@@ -72,10 +72,10 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
 
     scenario = load_scenario(options.scenario)
     folder = _carried_out(monte_carlo(scenario, options.trials, options.seed), options)
-    from scenarios.experiments.statistics import rows_in
+    from scenarios.experiments.statistics import COLUMNS
     from scenarios.results.studies import StudyResult
 
-    result = StudyResult.of(scenario, options.seed, rows_in(folder))
+    result = StudyResult.of(scenario, options.seed, folder.table(COLUMNS))
     rows = Paragraph(f"Rows in {options.out / 'trials'}.")
     return output.show(result.report(result.title(options.trials), rows), options, passed=result.passed)
 

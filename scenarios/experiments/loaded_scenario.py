@@ -1,25 +1,18 @@
-"""Scenarios in Python: load, simulate, run, repeat and sweep them, and assert their accuracy in a pytest suite."""
+"""Scenarios in Python: load, simulate, run, repeat and sweep them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ident.model.arm import Arm
 from scenarios.experiments.run import Run, Simulated, run, simulate
 from scenarios.experiments.scenario import Setup, Value, load_scenario, setup_of
-from scenarios.experiments.scenario_files import SEEDS
 from scenarios.experiments.workers import Workers
-from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.experiments.statistics import JointStatistics
     from scenarios.experiments.study import StudyRows
-
-POWER = 0.95
-"""Probability with which the stated pass rate is detected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -98,57 +91,3 @@ def load(name: str | Path) -> LoadedScenario:
         RobotModelError: If the robot's model file is not an arm.
     """
     return LoadedScenario(setup_of(load_scenario(str(name))))
-
-
-def assert_scenario(scenario: str, seeds: Iterable[int], *, false_alarm: float = 0.01) -> "tuple[JointStatistics, ...]":
-    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` requires.
-
-    Misses are compared with the binomial distribution at that rate, joint by joint: a scenario with this rate on all
-    joints fails for less than `false_alarm` of all choices of seeds. With fixed seeds the outcome is always the same.
-
-    Args:
-        scenario: A built-in name or the path of a TOML file.
-        seeds: Seeds, with one trial each, as in `rx90 run --seed`.
-        false_alarm: Largest false-alarm rate.
-
-    Returns:
-        The result of each joint, if all pass.
-
-    Raises:
-        AssertionError: If a joint fails; the message names joints, misses, worst trial and detectable pass rate.
-        ScenarioError: If the scenario is wrong, or there are no seeds or too few for any failure.
-    """
-    from scenarios.experiments.statistics import allowed_misses, detectable_rate, joint_statistics, study_rows
-    from scenarios.experiments.study import study_rows_of, sweep
-
-    checked, loaded = list(seeds), load_scenario(scenario)
-    wanted, joints, count = loaded.table.tolerance.pass_rate, len(loaded.table.tolerance.gain), len(checked)
-    odd = [k for k in checked if isinstance(k, bool) or not hasattr(k, "__index__") or not 0 <= k < SEEDS]
-    for wrong, said in (
-        (not checked, "give at least one seed"),
-        (odd, f"seed {odd[:1]}: expected a whole number from 0 to 2^31 - 1"),
-        (len(set(checked)) < count, "a seed is given twice; a repeated trial adds no information"),
-        (not 0.0 < false_alarm < 1.0, f"false_alarm = {false_alarm}: expected a rate between 0 and 1"),
-    ):
-        if wrong:
-            raise ScenarioError(said)
-    if allowed_misses(count, wanted, false_alarm / joints) >= count:
-        many = "1 seed" if count == 1 else f"{count} seeds"
-        raise ScenarioError(f"{loaded.name}: {many} cannot reject a pass rate of {wanted:g}; run more seeds")
-    rows = study_rows_of(sweep(loaded, {}, map(index, checked))).rows
-    found = joint_statistics(study_rows([rows]).joints, wanted=wanted, false_alarm=false_alarm)
-    missed = [joint for joint in found if not joint.held]
-    if not missed:
-        return found
-    many = "1 joint passes" if len(missed) == 1 else f"{len(missed)} joints pass"
-    lines, trials = [f"scenario {loaded.name}: {many} less often than required"], rows.to_pandas()
-    for rule in missed:
-        failing = trials[(trials["joint"] == rule.joint) & ~trials["passed"]]
-        worst = failing.loc[failing["rel_error"].abs().fillna(float("inf")).idxmax()]
-        lines.append(
-            f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} trials failed, {rule.allowed} allowed "
-            f"at a pass rate of {rule.wanted:g}; seed {worst['seed']}: {worst['reason']}"
-        )
-    rate = detectable_rate(count, missed[0].allowed, POWER)
-    lines.append(f"  ({count} seeds detect a pass rate below {rate:.2f} in {100 * POWER:g} % of cases)")
-    raise AssertionError("\n".join(lines))

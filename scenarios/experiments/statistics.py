@@ -1,103 +1,33 @@
 """Statistics of a study's rows, joint by joint: errors, coverage and pass rates.
 
-Parts of a study are read one at a time, so it needs memory for three numbers per trial and joint with a gain.
-
 Pass rule: for each joint, the number of misses among N trials is compared with the binomial distribution at the
 required rate. A joint fails if that many misses, or more, have a probability below `false_alarm` / n. A method with the
 required rate on every joint therefore fails in less than `false_alarm` of all studies (Bonferroni).
 """
 
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
+import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field
 from scipy import stats
 
 from ident.support.arrays import Array, Mask
-from scenarios.experiments.study_folder import StudyFolder
 
 CONFIDENCE = 0.95
 """Level of the intervals of shares of trials."""
 FALSE_ALARM = 0.01
 """Largest probability that a scenario whose joints have the required pass rate fails."""
-COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
+COLUMNS = ("trial", "seed", "joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
 """Columns of a study that statistics and figures need."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class JointRows:
-    """One joint in all trials of a study.
-
-    Attributes:
-        joint: Joint number, from 1.
-        trials: Number of trials; of those without any estimate (`failed`); and of those that passed.
-        tolerance: Largest relative error that passes, of the first trial.
-        rel_error: Relative errors of the trials that gave a gain, shape (K,), as the following arrays.
-        claimed: Estimated relative standard deviations.
-        z: Errors over estimated standard deviations; NaN if there is none.
-    """
-
-    joint: int
-    trials: int
-    failed: int
-    passed: int
-    tolerance: float
-    rel_error: Array
-    claimed: Array
-    z: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StudyRows:
-    """All rows of a study, by joint; `failures` counts trials without any estimate by kind, most frequent first."""
-
-    joints: tuple[JointRows, ...]
-    failures: Mapping[str, int]
-
-
-def rows_in(folder: StudyFolder) -> StudyRows:
-    """Gather the rows of a study's folder; raises as `StudyFolder.tables`."""
-    return study_rows(folder.tables(COLUMNS))
-
-
-def study_rows(tables: Iterable[pa.Table]) -> StudyRows:
-    """Gather the rows of a study.
-
-    `tables` have one row per trial and joint, in any order and division, with `COLUMNS`.
-    """
-    numbers, counts = defaultdict[int, list[Array]](list), defaultdict[int, Counter[str]](Counter)
-    kinds, tolerance = defaultdict[int, Counter[str]](Counter), dict[int, float]()
-    for table in tables:
-        joint, failure = table["joint"].to_numpy(), table["failure"]
-        identifiable, passed = (pc.fill_null(table[name], False).to_numpy() for name in ("identifiable", "passed"))
-        true, std, error, z = (table[name].to_numpy() for name in ("true", "std", "rel_error", "z"))
-        each = np.stack([error, std / np.abs(true), z])
-        for number in np.unique(joint).tolist():
-            rows = np.flatnonzero(joint == number)
-            tolerance.setdefault(number, table["tolerance"][rows[0]].as_py())
-            counts[number].update(trials=len(rows), passed=int(np.count_nonzero(passed[rows])))
-            kinds[number].update(failure.take(rows).drop_null().to_pylist())
-            numbers[number].append(each[:, rows[identifiable[rows]]])
-    joints: list[JointRows] = []
-    for number in sorted(tolerance):
-        error, claimed, z = np.hstack(numbers.pop(number))
-        joints.append(
-            JointRows(
-                joint=number,
-                trials=counts[number]["trials"],
-                failed=kinds[number].total(),
-                passed=counts[number]["passed"],
-                tolerance=tolerance[number],
-                rel_error=error,
-                claimed=claimed,
-                z=z,
-            )
-        )
-    return StudyRows(joints=tuple(joints), failures=dict(kinds[joints[0].joint].most_common()) if joints else {})
+def by_joint(rows: pd.DataFrame) -> Iterator[tuple[int, pd.DataFrame, pd.DataFrame]]:
+    """Yield each joint, its rows, and those with a gain, which have its estimated relative deviation as `claimed`."""
+    for joint, own in rows.groupby("joint"):
+        found = own[own["identifiable"]]
+        yield int(joint), own, found.assign(claimed=found["std"] / found["true"].abs())  # pyright: ignore
 
 
 class JointStatistics(BaseModel):
@@ -180,24 +110,25 @@ def root_mean_square(values: Array) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if len(values) else None
 
 
-def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
-    """Compute statistics of a study, and apply the pass rule.
+def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
+    """Compute statistics of a study, one row per trial and joint with `COLUMNS`, and apply the pass rule.
 
     `wanted` is the required pass rate, and `false_alarm` the largest probability that some joint fails although every
     joint has it.
     """
     found: list[JointStatistics] = []
-    for rows in joints:
-        passed, gains = coverage_of(rows.passed, rows.trials), len(rows.rel_error)
-        allowed = allowed_misses(rows.trials, wanted, false_alarm / len(joints))
-        errors = error_statistics(rows.rel_error, rows.claimed)
-        within = {k: float(np.mean(np.abs(rows.z) < k)) if gains else None for k in (1.0, 2.0)}
+    for joint, own, with_gain in by_joint(rows):
+        trials, passes, gains = len(own), int(own["passed"].sum()), len(with_gain)
+        passed, failed, z = coverage_of(passes, trials), int(own["failure"].count()), with_gain["z"].to_numpy()
+        allowed = allowed_misses(trials, wanted, false_alarm / rows["joint"].nunique())
+        errors = error_statistics(with_gain["rel_error"].to_numpy(), with_gain["claimed"].to_numpy())
+        within = {k: float(np.mean(np.abs(z) < k)) if gains else None for k in (1.0, 2.0)}
         found.append(
             JointStatistics(
-                joint=rows.joint,
-                trials=rows.trials,
-                failed=rows.failed,
-                refused=rows.trials - rows.failed - gains,
+                joint=joint,
+                trials=trials,
+                failed=failed,
+                refused=trials - failed - gains,
                 **errors,
                 bias_std=None if errors["spread"] is None else errors["spread"] / float(np.sqrt(gains)),
                 cover_1=within[1.0],
@@ -208,7 +139,7 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
                 wanted=wanted,
                 allowed=allowed,
                 # with too few trials to test the rate, every one must pass
-                held=rows.trials - rows.passed <= (allowed if allowed < rows.trials else 0),
+                held=trials - passes <= (allowed if allowed < trials else 0),
             )
         )
     return tuple(found)
@@ -217,8 +148,3 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
 def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
     """Return the number of misses that a pass rate of `wanted` exceeds in at most `false_alarm` of studies."""
     return int(stats.binom.isf(false_alarm, trials, 1.0 - wanted))
-
-
-def detectable_rate(trials: int, allowed: int, power: float) -> float:
-    """Return the pass rate below which a joint fails with a probability of at least `power`."""
-    return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0

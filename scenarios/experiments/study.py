@@ -102,7 +102,7 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
     points = [dict(zip(places, point, strict=True)) for point in itertools.product(*values.values())]
     for point in points:
         setup_of(with_settings(scenario, point))  # a wrong value is an error, not a failure of every trial
-    chosen = tuple(range(seeds) if isinstance(seeds, int) else seeds)
+    chosen = tuple(Trial(seed=each).seed for each in (range(seeds) if isinstance(seeds, int) else seeds))
 
     def trial(number: int) -> Trial:
         point, seed = points[number // len(chosen)], chosen[number % len(chosen)]

@@ -1,29 +1,31 @@
 """Result of a Monte Carlo study: errors, intervals and pass rates of each joint."""
 
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
+import pandas as pd
 from pydantic import Field
 from scipy import stats
 
 from ident.support.arrays import Array
+from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.statistics import (
+    COLUMNS,
     FALSE_ALARM,
     Coverage,
-    JointRows,
     JointStatistics,
-    StudyRows,
+    by_joint,
     coverage_of,
     joint_statistics,
-    rows_in,
 )
-from scenarios.experiments.study_folder import StudyFolder, read_study
+from scenarios.experiments.study import study_rows_of, sweep
+from scenarios.experiments.study_folder import read_study
+from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
     Cell,
     Heading,
@@ -42,6 +44,7 @@ from scenarios.rendering.content import (
 from scenarios.rendering.plot import LIMIT, Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import repeated
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,16 +73,16 @@ class StudyResult(ResultModel):
     failures: dict[str, int] = Field(description="Number of trials without any estimate, by kind of failure")
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, rows: StudyRows) -> "StudyResult":
-        """Compute statistics of a study with the pass rate that its scenario requires."""
-        joints = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
+    def of(cls, scenario: Scenario, seed: int, rows: pd.DataFrame) -> "StudyResult":
+        """Compute statistics of a study's rows with the pass rate that its scenario requires."""
+        joints = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
         return cls(
             scenario=scenario.name,
             seed=seed,
             trials=joints[0].trials,
             passed=all(joint.held for joint in joints),
             joints=list(joints),
-            failures=dict(rows.failures),
+            failures=rows[rows["joint"] == joints[0].joint]["failure"].value_counts().to_dict(),
         )
 
     def title(self, asked: int) -> str:
@@ -161,14 +164,14 @@ class StudyResult(ResultModel):
 def monte_carlo_page(folder: Path) -> Report:
     """Return the page of a folder."""
     study = read_study(folder)
-    rows = rows_in(study.rows)
+    rows = study.rows.table(COLUMNS)
     result = StudyResult.of(study.scenario, study.seed, rows)
     about = {"Trials": str(study.trials), "First seed": str(study.seed)}
     return result.report(
         result.title(study.trials),
         Heading("Errors"),
-        *error_plots(rows.joints),
-        *worst_trials(study.rows, study.named),
+        *error_plots(rows),
+        *worst_trials(rows, study.named),
         *repeated({"Original command": study.command}, about, study.versions),
     )
 
@@ -178,11 +181,43 @@ def in_percent(found: Coverage) -> tuple[float, float, float]:
     return 100.0 * found.share, 100.0 * found.low, 100.0 * found.high
 
 
-def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
+def assert_scenario(scenario: str, seeds: Iterable[int]) -> StudyResult:
+    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` requires.
+
+    The trials of `rx90 run --seed`, judged as by `rx90 monte-carlo`: a scenario with this rate on all joints fails for
+    less than 1 % of all choices of seeds; if they are too few to test the rate, every trial must pass. With fixed seeds
+    the outcome is always the same.
+
+    Args:
+        scenario: A built-in name or the path of a TOML file.
+        seeds: Seeds, with one trial each.
+
+    Returns:
+        The result, if all joints pass.
+
+    Raises:
+        AssertionError: If a joint fails; the message is the report of the study, with its worst trials.
+        ScenarioError: If the scenario is wrong; if there is no seed, or one is given twice.
+    """
+    loaded, chosen = load_scenario(scenario), list(seeds)
+    if len(set(chosen)) < len(chosen):
+        raise ScenarioError("a seed is given twice; a repeated trial adds no information")
+    rows = study_rows_of(sweep(loaded, {}, chosen)).to_frame()
+    result = StudyResult.of(loaded, chosen[0], rows)
+    if not result.passed:
+        failed = rows[rows["joint"].isin([joint.joint for joint in result.joints if not joint.held])]
+        title = f"Scenario {loaded.name}, {many(len(chosen), 'trial')}"
+        report = result.report(title, *worst_trials(failed, scenario))
+        raise AssertionError(renderer("text")(report, Page()))
+    return result
+
+
+def error_plots(study: pd.DataFrame) -> list[Plot]:
     """Return plots of errors, the density estimated for them, and the tolerance; of joints with different errors."""
     plots: list[Plot] = []
-    for rows in joints:
-        error, claimed, tolerance = 100.0 * rows.rel_error, 100.0 * rows.claimed, 100.0 * rows.tolerance
+    for joint, rows, found in by_joint(study):
+        error, claimed = (100.0 * found[name].to_numpy() for name in ("rel_error", "claimed"))
+        tolerance = 100.0 * float(rows["tolerance"].iloc[0])
         if len(error) < 2 or np.ptp(error) <= 1e-9 * np.abs(error).max():  # of rounding alone
             continue
         end = 1.1 * max(float(np.abs(error).max()), 3.0 * float(np.median(claimed)))
@@ -194,7 +229,7 @@ def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
         limits = () if outside else (-tolerance, tolerance)
         plots.append(
             Plot(
-                title=f"Joint {rows.joint}",
+                title=f"Joint {joint}",
                 caption=f"{len(error)} errors.{outside}",
                 x="Error [%]",
                 y="Density [1/%]",
@@ -205,17 +240,13 @@ def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
     return plots
 
 
-def worst_trials(folder: StudyFolder, scenario: str) -> list[Part]:
+def worst_trials(study: pd.DataFrame, scenario: str) -> list[Part]:
     """Return the trials with the largest errors over estimated std, and the command to repeat the first."""
-    worst, number = pa.table({}), 0
-    for part in folder.tables(("seed", "joint", "rel_error", "z")):
-        finite = np.flatnonzero(np.isfinite(part["z"].to_numpy()))
-        number += len(finite)
-        worst = pa.concat_tables([*([worst] if len(worst) else []), part.take(finite)])
-        worst = worst.take(np.argsort(-np.abs(worst["z"].to_numpy()), kind="stable")[:WORST])
-    if not number:
+    finite = study[np.isfinite(study["z"])]
+    if finite.empty:
         return []
-    rows: list[dict[str, Any]] = worst.to_pylist()
+    worst = finite.sort_values("z", key=lambda z: -z.abs(), kind="stable")[:WORST]
+    rows: list[dict[str, Any]] = worst.to_dict("records")
     listed = table(
         rows,
         column("Seed", lambda each: each["seed"]),
@@ -226,8 +257,8 @@ def worst_trials(folder: StudyFolder, scenario: str) -> list[Part]:
     seed = rows[0]["seed"]
     command = shlex.join(["rx90", "run", scenario, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
-        f"Errors in units of the estimated standard deviation; the largest of {number} normal errors is expected at "
-        f"about {float(stats.norm.isf(0.5 / number)):.1f}. To reproduce the worst trial:"
+        f"Errors in units of the estimated standard deviation; the largest of {len(finite)} normal errors is expected "
+        f"at about {float(stats.norm.isf(0.5 / len(finite))):.1f}. To reproduce the worst trial:"
     )
     return [Heading("Trials with the largest errors"), listed, Paragraph(said), Line(command)]
 

@@ -2,17 +2,13 @@
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 
-from scenarios.experiments.statistics import COLUMNS, StudyRows, study_rows
-from scenarios.experiments.trials import CONTRACT
+from scenarios.experiments.statistics import COLUMNS
 
 
-def gathered(rows: pd.DataFrame) -> StudyRows:
-    """As a study's parts hold them; columns that are left out are null."""
-    schema = pa.schema([CONTRACT.field(name) for name in COLUMNS])
-    table = pa.Table.from_pandas(rows.reindex(columns=list(COLUMNS)), schema, preserve_index=False)
-    return study_rows([table])
+def gathered(rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows with all columns of statistics; those that are left out are null."""
+    return rows.reindex(columns=list(COLUMNS))
 
 
 def normal_rows(n: int, *, std: float = 0.01, tolerance: float = 0.02) -> pd.DataFrame:

@@ -1,5 +1,3 @@
-from itertools import pairwise
-
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -9,20 +7,14 @@ from scipy import stats
 from study_tables import gathered, normal_rows
 
 from scenarios import assert_scenario, load
-from scenarios.experiments.statistics import (
-    COLUMNS,
-    allowed_misses,
-    detectable_rate,
-    joint_statistics,
-    rows_in,
-    study_rows,
-)
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.statistics import COLUMNS, allowed_misses, joint_statistics
 from scenarios.experiments.study_folder import study_folder
 from scenarios.experiments.trials import CONTRACT
+from scenarios.results.studies import StudyResult
 from scenarios.support.errors import ScenarioError
 
 WANTED = 0.7
-KEPT = ["claimed", "rel_error"]
 JOINTS = (5, 2, 3)
 """Out of order, as rows may be; joint 3 is refused always, joint 2 now and then."""
 
@@ -81,9 +73,14 @@ def _clopper_pearson(passed: int, trials: int) -> tuple[list[float], list[float]
     return [passed, passed + 1], [trials - passed + 1, trials - passed]
 
 
-def assert_as_expected(found, rows: pd.DataFrame) -> None:
+def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_path):
+    rows = lopsided()
+    with study_folder(tmp_path, {}, count=37, command="", rows_per_trial=3) as folder:
+        for first, last in ((20, 29), (0, 3), (4, 19), (31, 36), (30, 30)):
+            folder.keep(as_part(rows[rows["trial"].between(first, last)]))
+        found = folder.table(COLUMNS)
     sums = expected(rows)
-    statistics = joint_statistics(found.joints, wanted=WANTED, false_alarm=0.01)
+    statistics = joint_statistics(found, wanted=WANTED, false_alarm=0.01)
     assert [each.joint for each in statistics] == sorted(sums)
     for each in statistics:
         for name, value in sums[each.joint].items():
@@ -93,47 +90,7 @@ def assert_as_expected(found, rows: pd.DataFrame) -> None:
                 # Sums in another order: rounding alone; the beta function's inverse is good to 1e-10.
                 rtol = 1e-9 if name in ("pass_low", "pass_high") else 1e-12
                 np.testing.assert_allclose(getattr(each, name), value, rtol=rtol, err_msg=f"{each.joint} {name}")
-    kinds = rows[rows["joint"] == min(JOINTS)]["failure"].value_counts()
-    assert found.failures == kinds.to_dict()
-
-
-def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_path):
-    rows = lopsided()
-    with study_folder(tmp_path, {}, count=37, command="", rows_per_trial=3) as folder:
-        for first, last in ((20, 29), (0, 3), (4, 19), (31, 36), (30, 30)):
-            folder.keep(as_part(rows[rows["trial"].between(first, last)]))
-        found = rows_in(folder)
-    assert_as_expected(found, rows)
-    five = rows[(rows["joint"] == 5) & rows["identifiable"]]
-    (of_five,) = [joint for joint in found.joints if joint.joint == 5]
-    for name, values in {**five, "claimed": (five["std"] / five["true"]).abs()}.items():
-        if name in ("rel_error", "z", "claimed"):
-            np.testing.assert_array_equal(np.sort(getattr(of_five, name)), np.sort(values))
-    # A row's numbers stay together, and trials in the order of the parts.
-    gains = {tuple(row) for row in five.assign(claimed=five["std"] / five["true"].abs())[KEPT].to_numpy()}
-    assert {tuple(row) for row in np.column_stack([getattr(of_five, name) for name in KEPT])} == gains
-    trial = dict(zip(five["rel_error"], five["trial"], strict=True))
-    part = np.searchsorted([0, 4, 20, 30, 31], [trial[error] for error in of_five.rel_error], side="right")
-    assert (np.diff(part) >= 0).all()
-    assert (of_five.tolerance, found.joints[0].tolerance) == (0.0175, 0.0145)
-
-
-def test_a_joint_that_begins_late_and_a_cut_between_joints_are_no_other_study():
-    rows = lopsided().sort_values(["joint", "trial"], ascending=False)
-    cuts = (0, 5, 37, 61, len(rows))
-    tables = [as_part(rows[a:b]).select(COLUMNS) for a, b in pairwise(cuts)]
-    assert_as_expected(study_rows(tables), rows)
-
-
-def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
-    rows = lopsided().query("trial < 2")
-    with study_folder(tmp_path, {}, count=2, command="", rows_per_trial=3) as folder:
-        folder.keep(as_part(rows))
-        path = folder.trials / "00000000-00000001.parquet"
-        content = path.read_bytes()
-        path.write_bytes(content[:4] + bytes(400) + content[404:])
-        with pytest.raises(ScenarioError, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
-            rows_in(folder)
+    assert StudyResult.of(load_scenario("nominal"), 5, found).failures == {"Saturated": 2, "WrongValue": 1}
 
 
 def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
@@ -149,15 +106,12 @@ def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
     for misses, held in ((allowed, True), (allowed + 1, False)):
         table = normal_rows(40)
         table["passed"] = (table["trial"] >= misses) | (table["joint"] == 2)
-        one, two = joint_statistics(gathered(table).joints, wanted=0.9, false_alarm=0.01)
+        one, two = joint_statistics(gathered(table), wanted=0.9, false_alarm=0.01)
         assert (one.passed, one.held, two.held) == (40 - misses, held, True)
 
 
-def test_the_rule_finds_the_rate_it_says_it_can_tell():
-    allowed = allowed_misses(20, 0.95, 0.01 / 6)
-    rate = detectable_rate(20, allowed, 0.95)
-    np.testing.assert_allclose(stats.binom.sf(allowed, 20, 1 - rate), 0.95, rtol=1e-6)
-    held, other = joint_statistics(gathered(normal_rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
+def test_a_rate_below_the_required_one_is_found():
+    held, other = joint_statistics(gathered(normal_rows(2000, std=0.012)), wanted=0.95, false_alarm=0.01)
     assert not held.held  # 90 % pass
     assert other.held
 
@@ -168,22 +122,22 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     path = tmp_path / "strict.toml"
     path.write_text(quick.read_text().replace("gain = [0.2,", "pass_rate = 0.9\ngain = [1e-6,"))
     with pytest.raises(AssertionError) as caught:
-        assert_scenario(str(path), seeds=range(3), false_alarm=0.1)
-    lines = str(caught.value).splitlines()
-    assert lines[0] == "scenario strict: 1 joint passes less often than required"
-    worst = np.argmax([abs(load(path).run(seed).verdict.gains[0].rel_error) for seed in range(3)])
-    said = f"  joint 1: 3 of 3 trials failed, 2 allowed at a pass rate of 0.9; seed {worst}: off by"
-    assert lines[1].startswith(said)
-    assert lines[2] == "  (3 seeds detect a pass rate below 0.02 in 95 % of cases)"  # 1 - 0.95 ** (1 / 3)
+        assert_scenario(str(path), seeds=[4, 7, 5])
+    said = str(caught.value)
+    assert "FAILED: joint 1 fails the tolerance (worst: joint 1, in 3 of 3 trials; " in said
+    worst = max((4, 7, 5), key=lambda seed: abs(load(path).run(seed).verdict.gains[0].z))
+    assert f"--seed {worst} " in said
+    path.write_text(quick.read_text())
+    assert assert_scenario(str(path), seeds=[4]).passed
 
 
-def test_too_few_seeds_to_fail_are_refused():
-    with pytest.raises(ScenarioError, match=r"1 seed cannot reject a pass rate of 0\.95; run more seeds"):
-        assert_scenario("nominal", seeds=[0])
-    with pytest.raises(ScenarioError, match="give at least one seed"):
-        assert_scenario("nominal", seeds=[])
-    for seed in (1.0, "a", -1, 2**31, True):
-        with pytest.raises(ScenarioError, match="expected a whole number from 0 to"):
-            assert_scenario("nominal", seeds=[0, seed])
-    with pytest.raises(ScenarioError, match="a seed is given twice"):
-        assert_scenario("nominal", seeds=[3, 4, 3])
+def test_seeds_that_are_none_or_given_twice_are_refused():
+    for seeds, said in (
+        ([], "has no trial; give at least one seed"),
+        ([0, 1.0], "seed = 1.0: expected a whole number from 0"),
+        ([0, "a"], "seed = 'a': expected a whole number from 0"),
+        ([0, -1], "seed = -1: expected a whole number from 0"),
+        ([3, 4, 3], "a seed is given twice"),
+    ):
+        with pytest.raises(ScenarioError, match=said):
+            assert_scenario("nominal", seeds=seeds)

@@ -1,41 +1,32 @@
 from collections.abc import Sequence
-from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
-import pyarrow as pa
+import pandas as pd
 import pytest
 from page_parts import drawn_intervals, plots, tables
 from scipy import stats
 from study_tables import gathered, normal_rows
 
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.statistics import JointRows, joint_statistics
+from scenarios.experiments.statistics import joint_statistics
 from scenarios.rendering.content import Mood
 from scenarios.results.sensitivity import Budget, BudgetJoint, Interval, SourceCost, cost_plot, ranking
 from scenarios.results.studies import StudyResult, error_plots, worst_trials
 
 
-def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
-    return JointRows(
-        joint=joint,
-        trials=len(z),
-        failed=0,
-        passed=len(z),
-        tolerance=tolerance,
-        rel_error=-0.012 * z,
-        claimed=np.full(len(z), 0.012),
-        z=z,
-    )
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02, passed: int | None = None) -> pd.DataFrame:
+    """Rows of a joint with a gain of 2 in each trial with a z, of which the first ones passed."""
+    n = len(z)
+    numbers = {"true": 2.0, "std": 0.024, "rel_error": -0.012 * z, "z": z, "tolerance": tolerance}
+    rows = pd.DataFrame({"trial": np.arange(n), "seed": np.arange(n), "joint": joint, **numbers, "failure": None})
+    return rows.assign(identifiable=True, passed=np.arange(n) < (n if passed is None else passed))
 
 
 def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
     z = np.random.default_rng(9).normal(size=390)
-    joints = [
-        replace(trial_rows(np.r_[z, np.nan]), passed=5, trials=411, failed=2),
-        replace(trial_rows(np.empty(0), joint=6), trials=411, failed=2, passed=1),
-    ]
-    statistics = list(joint_statistics(joints, wanted=0.9, false_alarm=0.01))
+    first, second = trial_rows(np.r_[z, [np.nan] * 21], passed=5), trial_rows(np.zeros(411), joint=6, passed=1)
+    first.loc[391:, "identifiable"] = second["identifiable"] = False
+    statistics = list(joint_statistics(pd.concat([first, second]), wanted=0.9, false_alarm=0.01))
     given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
     coverage, passed = plots(StudyResult(joints=statistics, **given))
     held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
@@ -49,13 +40,10 @@ def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
     assert axes.lines[-1].get_ydata()[0] == 90.0
 
 
-def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_first():
-    parts = (
-        {"seed": [11, 12, 13, 14], "joint": [1, 2, 1, 2], "z": [0.5, -4.0, None, 1.5]},
-        {"seed": [*range(15, 22)], "joint": [1, 2, 1, 2, 1, 2, 1], "z": [0.1, 0.2, 0.3, 0.4, 2.0, -2.5, 3.0]},
-    )
-    tables = [pa.table({**part, "rel_error": [0.01 * (z or 0.0) for z in part["z"]]}) for part in parts]
-    _, table, said, command = worst_trials(SimpleNamespace(tables=lambda columns: tables), "my own")
+def test_the_worst_trials_are_told_with_the_command_that_shows_the_first():
+    z = [0.5, -4.0, np.nan, 1.5, 0.1, 0.2, 0.3, 0.4, 2.0, -2.5, 3.0]
+    rows = pd.DataFrame({"seed": range(11, 22), "joint": [1, 2] * 5 + [1], "z": z, "rel_error": np.multiply(0.01, z)})
+    _, table, said, command = worst_trials(rows, "my own")
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["12", "2", "-4.000", "-4.00"],
         ["21", "1", "+3.000", "+3.00"],
@@ -66,6 +54,7 @@ def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_
     # As many are beyond it on average, on either side, as one.
     assert f"the largest of 10 normal errors is expected at about {stats.norm.isf(1 / 20):.1f}" in said.text
     assert command.text == "rx90 run 'my own' --seed 12 --save seed-12"
+    assert worst_trials(rows[2:3], "my own") == []
 
 
 def test_the_verdict_names_the_trials_of_the_worst_joint():
@@ -78,20 +67,20 @@ def test_the_verdict_names_the_trials_of_the_worst_joint():
         assert f"{missed} of 40 trials" in verdict.text
     for identifiable in (True, False):
         found = gathered(table.assign(identifiable=identifiable & (table["joint"] == 1)))
-        assert len(error_plots(found.joints)) == identifiable
+        assert len(error_plots(found)) == identifiable
 
 
 def test_errors_are_a_density_beside_the_one_of_the_estimated_deviations():
     z = np.random.default_rng(4).normal(size=4000)
-    (plot,) = error_plots([trial_rows(z, tolerance=0.03), trial_rows(np.zeros(5))])
+    (plot,) = error_plots(pd.concat([trial_rows(z, tolerance=0.03), trial_rows(np.zeros(5), joint=5)]))
     errors, estimated, *limits = plot.figure().axes[0].lines
     x, y = errors.get_data()
     assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) == pytest.approx(1.0, rel=1e-9)
     np.testing.assert_allclose(estimated.get_ydata(), stats.norm.pdf(estimated.get_xdata(), scale=1.2), rtol=1e-9)
     assert [each.get_xdata()[0] for each in limits] == [-3.0, 3.0]
-    (far,) = error_plots([trial_rows(z, tolerance=0.3)])
+    (far,) = error_plots(trial_rows(z, tolerance=0.3))
     assert (len(far.figure().axes[0].lines), "tolerance, 30 %, is outside" in far.caption) == (2, True)
-    (small,) = error_plots([trial_rows(0.1 * z)])
+    (small,) = error_plots(trial_rows(0.1 * z))
     last = small.figure().axes[0].lines[1].get_xdata()[-1]
     assert last == pytest.approx(1.1 * 3.0 * 1.2, rel=1e-9)  # three deviations of the estimated ones
 

@@ -6,7 +6,7 @@ of constant size.
 """
 
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -112,15 +112,9 @@ def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, 
 def spread_of(draw: DrawTable, table: ScenarioTable) -> tuple[Array, Array]:
     """Return mean and standard deviation of each number of a draw, not finite if it has none."""
     middle = _quantiles(draw, np.full(numbers_needed(draw, table), 0.5), table)  # raises if a draw is not possible
-    parameters = _parameters(draw, table)
-    if draw.distribution in SCALED:
-        _, centre, spread = SCALED[draw.distribution]
-        loc, scale = parameters.get("loc", np.zeros(1)), parameters.get("scale", np.ones(1))
-        mean, std = loc + scale * centre, scale * spread
-    else:
-        with np.errstate(all="ignore"):
-            distribution = _distribution(draw.distribution or "")
-            mean, std = distribution.mean(**parameters), distribution.std(**parameters)
+    distribution, parameters = _distribution(draw.distribution or ""), _parameters(draw, table)
+    with np.errstate(all="ignore"):
+        mean, std = distribution.mean(**parameters), distribution.std(**parameters)
     return np.broadcast_to(mean, middle.shape), np.broadcast_to(std, middle.shape)
 
 
@@ -142,12 +136,10 @@ def _parameters(draw: DrawTable, table: ScenarioTable) -> dict[str, Array]:
 
 def _quantiles(draw: DrawTable, uniform: Array, table: ScenarioTable) -> Array:
     """Return the quantiles of a draw's distribution at uniform numbers, for each number of its targets."""
-    name, scaled = draw.distribution or "", SCALED.get(draw.distribution or "")
-    takes, shapes = ["loc", "scale"], list[str]()
-    if scaled is None:
-        distribution = _distribution(name)
-        shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
-        takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, scipy.stats.rv_continuous) else [])]
+    name = draw.distribution or ""
+    distribution = _distribution(name)
+    shapes = [shape.strip() for shape in (distribution.shapes or "").split(",") if shape.strip()]
+    takes = [*shapes, "loc", "scale"]
     for parameter in draw.parameters:
         if parameter not in takes:
             raise WrongValue(
@@ -157,50 +149,23 @@ def _quantiles(draw: DrawTable, uniform: Array, table: ScenarioTable) -> Array:
     if missing:
         raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
     parameters, total = _parameters(draw, table), sum(map(np.size, _bases(draw, table).values()))
-    uniform = np.broadcast_to(uniform, total)
-    if scaled is not None:
-        scale = parameters.get("scale", np.ones(1))
-        numbers = scaled.quantiles(uniform) * np.where(scale > 0.0, scale, np.nan) + parameters.get("loc", 0.0)
-    else:
-        with np.errstate(all="ignore"):
-            numbers = np.asarray(_distribution(name).ppf(uniform, **parameters), dtype=np.float64)
+    with np.errstate(all="ignore"):
+        numbers = np.asarray(distribution.ppf(np.broadcast_to(uniform, total), **parameters), dtype=np.float64)
     if not np.isfinite(numbers).all():
         stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
         raise WrongValue(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
     return numbers
 
 
-class Scaled(NamedTuple):
-    """A distribution with only location and scale, as in scipy.stats, whose import takes a second.
-
-    Quantile function, mean and standard deviation are those of location 0 and scale 1.
-    """
-
-    quantiles: Callable[[Array], Array]
-    mean: float
-    std: float
-
-
-def _standard_normal(uniform: Array) -> Array:
-    """Quantiles of the standard normal distribution; the median needs no special functions, whose import is slow."""
-    return np.zeros_like(uniform) if np.all(uniform == 0.5) else scipy.special.ndtri(uniform)
-
-
-SCALED = {
-    "norm": Scaled(_standard_normal, 0.0, 1.0),
-    "uniform": Scaled(np.asarray, 0.5, np.sqrt(1.0 / 12.0)),
-}
-
-
 @lru_cache(maxsize=64)
-def _distribution(name: str) -> "scipy.stats.rv_continuous | scipy.stats.rv_discrete":
+def _distribution(name: str) -> "scipy.stats.rv_continuous":
     """Return a distribution of scipy.stats with its own quantile function; a numerical search may not end."""
-    families = scipy.stats.rv_continuous, scipy.stats.rv_discrete
-    known = [k for k, v in vars(scipy.stats).items() if isinstance(v, families)]
+    family = scipy.stats.rv_continuous
+    known = [key for key, value in vars(scipy.stats).items() if isinstance(value, family)]
     if name not in known:
-        raise WrongValue(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
-    distribution = getattr(scipy.stats, name)
-    if any(type(distribution)._ppf is family._ppf for family in families):
+        raise WrongValue(f"no continuous distribution {name!r} in scipy.stats{nearest(name, known)}")
+    distribution: scipy.stats.rv_continuous = getattr(scipy.stats, name)
+    if type(distribution)._ppf is family._ppf:
         raise WrongValue(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
     return distribution
 

@@ -239,7 +239,7 @@ class DrawTable(Table):
 
     Attributes:
         target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
-        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
+        distribution: Name of a continuous distribution of `scipy.stats` that implements its own quantile function.
         parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
             in order.
         apply: Use of the drawn numbers.

@@ -18,7 +18,6 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import (
@@ -57,8 +56,6 @@ LOGGERS = ("distributed", "tornado", "asyncio")
 """Loggers that report a dying scheduler."""
 PATIENCE = 10.0
 """Timeout for connecting to a scheduler [s]."""
-WRITTEN_WITHIN = 1.0
-"""Timeout for a scheduler to write its file [s]."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -255,20 +252,15 @@ def dask_workers(address: str) -> Generator[Workers]:
 
 
 def _address_in(file: Path) -> str:
-    """Return the address in a scheduler file; wait while the scheduler writes it."""
+    """Return the address in a scheduler file."""
     if not file.is_file():
         raise ScenarioError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
-    deadline = time.monotonic() + WRITTEN_WITHIN
-    while True:
-        try:
-            return str(json.loads(file.read_bytes())["address"])
-        except (ValueError, KeyError, TypeError) as error:
-            if time.monotonic() > deadline:
-                raise ScenarioError(
-                    f"{file}: not a scheduler file: it states no address; write one with `dask scheduler "
-                    "--scheduler-file FILE`"
-                ) from error
-        time.sleep(0.01)
+    try:
+        return str(json.loads(file.read_bytes())["address"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ScenarioError(
+            f"{file}: not a scheduler file: it states no address; write one with `dask scheduler --scheduler-file FILE`"
+        ) from error
 
 
 async def _greet(address: str) -> None:

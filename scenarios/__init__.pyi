@@ -1,4 +1,3 @@
-from .experiments.judge import GainVerdict as GainVerdict
 from .experiments.judge import Verdict as Verdict
 from .experiments.loaded_scenario import LoadedScenario as LoadedScenario
 from .experiments.loaded_scenario import load as load
@@ -7,6 +6,7 @@ from .experiments.run import Simulated as Simulated
 from .experiments.scenario import load_scenario as load_scenario
 from .experiments.schema import Scenario as Scenario
 from .experiments.study import StudyRows as StudyRows
+from .experiments.verdict import GainVerdict as GainVerdict
 from .experiments.workers import dask_workers as dask_workers
 from .experiments.workers import local_processes as local_processes
 from .results.studies import assert_scenario as assert_scenario

@@ -27,7 +27,7 @@ from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import IO, TYPE_CHECKING, NamedTuple, cast
+from typing import IO, NamedTuple, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -39,13 +39,11 @@ from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError, OptionError
 from ident.support.naming import nearest, one_line, shown
 from ident.support.options import options_from_table, options_from_words, table_from_words
+from scenarios.experiments.verdict import Claim
 from scenarios.results.gains import Result
 from scenarios.results.problem_folder import GivenProblem, read_problem
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import PACKAGES
-
-if TYPE_CHECKING:
-    from scenarios.experiments.judge import Claim
 
 Function = Callable[[GivenProblem], Sequence[Mapping[str, object]]]
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -77,7 +75,7 @@ class Limits:
 class Call(NamedTuple):
     """Outcome of a call, one answer per joint or the error, and its wall time with the start of the program [s]."""
 
-    outcome: "tuple[Claim, ...] | ScenarioError"
+    outcome: tuple[Claim, ...] | ScenarioError
     seconds: float
 
 
@@ -235,10 +233,8 @@ KINDS = {"json_invalid": "NoAnswer", "model_type": "NoAnswer", "finite_number": 
 """Kind of an invalid answer by pydantic's type of error; all others are `WrongForm`."""
 
 
-def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
+def read_answer(output: bytes, joints: int) -> tuple[Claim, ...]:
     """Return one answer per joint; raises `ScenarioError` of the kinds that `scenarios.support.errors` lists."""
-    from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
-
     if not output.strip():
         raise ScenarioError("it printed nothing; expected one JSON object", kind="NoAnswer")
     try:

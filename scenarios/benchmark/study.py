@@ -13,11 +13,12 @@ import pyarrow as pa
 
 from scenarios.benchmark.methods import Limits, Method, call
 from scenarios.experiments.draws import places_of
-from scenarios.experiments.judge import Claim, judge_claims
+from scenarios.experiments.judge import judge_claims
 from scenarios.experiments.run import Failure, Simulated
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study import Study, monte_carlo
 from scenarios.experiments.trials import Rows, common_columns, judged_rows, trial_schema
+from scenarios.experiments.verdict import Claim
 from scenarios.results.problem_folder import write_problem
 from scenarios.results.run_folder import simulated_problem
 from scenarios.support.errors import ScenarioError
@@ -75,5 +76,5 @@ def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, o
         verdict = judge_claims(answer, outcome.truth.gain, tolerance, expectation=setup.scenario.expectation)
         called_once = {**common, METHOD: method.text, "seconds": called.seconds}
         for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True):
-            rows.append({**called_once, "expected": expected, **asdict(gain), **lost})
+            rows.append({**called_once, "expected": expected, **dict(gain), **lost})
     return rows

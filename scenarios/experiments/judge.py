@@ -7,7 +7,6 @@ with the payload, is predicted on the first loaded motion, from which the gains 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,44 +26,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.robots import nominal_links
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import ToleranceTable
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GainVerdict:
-    """One joint's identified gain compared with the true one.
-
-    Attributes:
-        joint: Joint number, from 1.
-        true, estimate, std: Injected gain, identified gain, its total standard deviation [N m / drive unit]; the last
-            two and what follows from them are None if refused.
-        rel_error: (estimate - true) / true.
-        z: (estimate - true) / std.
-        tolerance: Largest relative error that passes.
-        passed: Whether the gain is within tolerance, or refused if it should not be identifiable.
-        reason: Why it was refused, or why it did not pass; None otherwise.
-    """
-
-    joint: int
-    true: float
-    estimate: float | None
-    std: float | None
-    rel_error: float | None
-    z: float | None
-    tolerance: float
-    identifiable: bool
-    passed: bool
-    reason: str | None
-
-
-class Claim(NamedTuple):
-    """The answer of a method for one joint: gain and total standard deviation [N m / drive unit], reason of a refusal.
-
-    Each is None if it does not apply.
-    """
-
-    value: float | None
-    std: float | None
-    reason: str | None
+from scenarios.experiments.verdict import ArmError, Claim, GainVerdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,20 +82,6 @@ def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: Tolerance
 MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 
-class RelError(NamedTuple):
-    """Errors of the arm's parameters of a `quantity`, with a-priori and with identified gains (None without any).
-
-    Each is the norm of the error over that of the true parameters; `*_std` is its expected root mean square, from the
-    standard deviations of the parameters.
-    """
-
-    quantity: str
-    a_priori: float
-    a_priori_std: float
-    found: float | None
-    found_std: float | None
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostVerdict:
     """Results with a-priori and with identified gains (`found`, None if there are none), compared with the true values.
@@ -148,7 +96,7 @@ class CostVerdict:
     a_priori: GainsOutcome
     found: GainsOutcome | None
     true: Mapping[str, float]
-    arm: tuple[RelError, ...]
+    arm: tuple[ArmError, ...]
     torque_a_priori: Mapping[int, float]
     torque_found: Mapping[int, float]
     tolerance: float
@@ -194,21 +142,25 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
     )
 
 
-def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[RelError, ...]:
+def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[ArmError, ...]:
     """Return the errors of the arm's first moments and of its other inertial parameters.
 
     `true` has the base parameters of the arm, without friction, by name.
     """
 
-    def error(outcome: GainsOutcome, moments: bool) -> tuple[float, float]:
+    def errors(name: str, outcome: GainsOutcome | None, moments: bool) -> dict[str, float]:
+        if outcome is None:
+            return {}
         own = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
         size = np.linalg.norm([true[each.name] for each in own])
-        off = np.linalg.norm([(each.value - true[each.name], each.std) for each in own], axis=0)
-        return float(off[0] / size), float(off[1] / size)
+        off = np.linalg.norm([(each.value - true[each.name], each.std) for each in own], axis=0) / size
+        return {name: float(off[0]), f"{name}_std": float(off[1])}
 
     return tuple(
-        RelError(quantity, *error(a_priori, moments), *((None, None) if found is None else error(found, moments)))
-        for quantity, moments in ((MOMENTS, True), (INERTIAS, False))
+        ArmError.model_validate(
+            {"quantity": kind, **errors("a_priori", a_priori, moments), **errors("found", found, moments)}
+        )
+        for kind, moments in ((MOMENTS, True), (INERTIAS, False))
     )
 
 

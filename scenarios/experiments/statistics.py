@@ -25,9 +25,10 @@ COLUMNS = ("trial", "seed", "joint", "true", "std", "rel_error", "z", "identifia
 
 def by_joint(rows: pd.DataFrame) -> Iterator[tuple[int, pd.DataFrame, pd.DataFrame]]:
     """Yield each joint, its rows, and those with a gain, which have its estimated relative deviation as `claimed`."""
-    for joint, own in rows.groupby("joint"):
-        found = own[own["identifiable"]]
-        yield int(joint), own, found.assign(claimed=found["std"] / found["true"].abs())  # pyright: ignore
+    for joint in np.unique(rows["joint"].to_numpy()).tolist():
+        own = rows.query(f"joint == {joint}")
+        found = own.query("identifiable")
+        yield joint, own, found.assign(claimed=found["std"].to_numpy() / np.abs(found["true"].to_numpy()))
 
 
 class JointStatistics(BaseModel):
@@ -116,11 +117,11 @@ def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -
     `wanted` is the required pass rate, and `false_alarm` the largest probability that some joint fails although every
     joint has it.
     """
-    found: list[JointStatistics] = []
+    found, joints = list[JointStatistics](), len(np.unique(rows["joint"].to_numpy()))
     for joint, own, with_gain in by_joint(rows):
-        trials, passes, gains = len(own), int(own["passed"].sum()), len(with_gain)
-        passed, failed, z = coverage_of(passes, trials), int(own["failure"].count()), with_gain["z"].to_numpy()
-        allowed = allowed_misses(trials, wanted, false_alarm / rows["joint"].nunique())
+        trials, gains, z = len(own), len(with_gain), with_gain["z"].to_numpy()
+        passes, failed = (int(np.count_nonzero(each)) for each in (own["passed"], own["failure"].notna()))
+        passed, allowed = coverage_of(passes, trials), allowed_misses(trials, wanted, false_alarm / joints)
         errors = error_statistics(with_gain["rel_error"].to_numpy(), with_gain["claimed"].to_numpy())
         within = {k: float(np.mean(np.abs(z) < k)) if gains else None for k in (1.0, 2.0)}
         found.append(

@@ -7,7 +7,7 @@ import ctypes
 import gc
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
@@ -94,7 +94,7 @@ def judged_rows(scenario: Scenario, outcome: Simulated | Failure) -> Rows:
         {name: getattr(gain, name) for name in SHARES if isinstance(gain, IdentifiedGain)}
         for gain in run.estimate.joints
     ]
-    return [{**common, **asdict(verdict), **own} for verdict, own in zip(run.verdict.gains, shares, strict=True)]
+    return [{**common, **dict(verdict), **own} for verdict, own in zip(run.verdict.gains, shares, strict=True)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.estimate import IdentifiedGain, JointResult
 from ident.parameters.payload import UNITS
 from ident.parameters.weighing import GainsOutcome
+from scenarios.experiments.verdict import ArmError
 from scenarios.rendering.content import (
     ColumnOf,
     Paragraph,
@@ -74,24 +75,12 @@ class CostJoint(ResultModel):
     found_torque_error: float | None = Field(description="Relative error of that torque with the identified gains")
 
 
-class CostArm(ResultModel):
-    """Identifiable parameters of the arm, all of one kind."""
-
-    quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
-    a_priori: float = Field(
-        description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
-    )
-    a_priori_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
-    found: float | None = Field(description="Relative error with the identified gains")
-    found_std: float | None = Field(description="Expected rms of this relative error")
-
-
 class ResultCost(ResultModel):
     """Results with a-priori and with identified gains."""
 
     payload: list[CostQuantity] = Field(description="The payload, from all joints together")
     joints: list[CostJoint] = Field(description="One entry per joint, in order")
-    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
+    arm: list[ArmError] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
     tolerance: float | None = Field(description="Largest relative error of the mass that passes, null if not specified")
     passed: bool | None = Field(description="Whether the mass passes")
 

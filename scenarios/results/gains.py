@@ -15,6 +15,7 @@ from ident.model.parameters import INERTIAL, UNITS
 from ident.parameters.weighing import GainsOutcome
 from ident.payload.payload import standard_parameters
 from ident.unseen import Unseen
+from scenarios.experiments.verdict import GainVerdict
 from scenarios.rendering.content import (
     Cell,
     Column,
@@ -65,19 +66,9 @@ SHARES = {"residual_std": "residual", "payload_std": "payload", "model_std": "mo
 """Contributions to a standard deviation, with their words."""
 
 
-class ResultGain(ResultModel):
-    """One joint's gain; fields that need a true value are null if it is unknown."""
+class ResultGain(GainVerdict):
+    """One joint's gain, with its unit, the contributions to its interval, and its curve."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    true: float | None = Field(description="Injected gain, in `unit`")
-    estimate: float | None = Field(description="Identified gain, in `unit`, null if refused")
-    std: float | None = Field(description="Total standard deviation of the estimate, in `unit`")
-    rel_error: float | None = Field(description="Relative error of the estimate")
-    z: float | None = Field(description="Error of the estimate in standard deviations, error over `std`")
-    tolerance: float | None = Field(description="Largest relative error that passes")
-    identifiable: bool = Field(description="Whether there is an estimate")
-    passed: bool | None = Field(description="Whether the result is what the scenario expects")
-    reason: str | None = Field(description="Why the joint is refused")
     name: str | None = Field(None, description="Name of the joint in the robot's model")
     unit: str = Field("N m/unit", description="Unit of the gains: N m, of a prismatic joint N, per drive unit")
     residual_std: float | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")

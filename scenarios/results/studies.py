@@ -205,9 +205,9 @@ def assert_scenario(scenario: str, seeds: Iterable[int]) -> StudyResult:
     rows = study_rows_of(sweep(loaded, {}, chosen)).to_frame()
     result = StudyResult.of(loaded, chosen[0], rows)
     if not result.passed:
-        failed = rows[rows["joint"].isin([joint.joint for joint in result.joints if not joint.held])]
+        missed = [joint.joint for joint in result.joints if not joint.held]
         title = f"Scenario {loaded.name}, {many(len(chosen), 'trial')}"
-        report = result.report(title, *worst_trials(failed, scenario))
+        report = result.report(title, *worst_trials(rows.query(f"joint in {missed}"), scenario))
         raise AssertionError(renderer("text")(report, Page()))
     return result
 
@@ -242,19 +242,19 @@ def error_plots(study: pd.DataFrame) -> list[Plot]:
 
 def worst_trials(study: pd.DataFrame, scenario: str) -> list[Part]:
     """Return the trials with the largest errors over estimated std, and the command to repeat the first."""
-    finite = study[np.isfinite(study["z"])]
+    finite = study.dropna(subset=["z"])
     if finite.empty:
         return []
-    worst = finite.sort_values("z", key=lambda z: -z.abs(), kind="stable")[:WORST]
-    rows: list[dict[str, Any]] = worst.to_dict("records")
+    worst = np.argsort(-np.abs(finite["z"].to_numpy()), kind="stable")[:WORST]
+    rows: list[Any] = list(finite.iloc[worst].itertuples())
     listed = table(
         rows,
-        column("Seed", lambda each: each["seed"]),
-        column("Joint", lambda each: each["joint"]),
-        column("Error [%]", lambda each: percent(each["rel_error"], "+.3f")),
-        column("z", lambda each: f"{each['z']:+.2f}"),
+        column("Seed", lambda each: each.seed),
+        column("Joint", lambda each: each.joint),
+        column("Error [%]", lambda each: percent(each.rel_error, "+.3f")),
+        column("z", lambda each: f"{each.z:+.2f}"),
     )
-    seed = rows[0]["seed"]
+    seed = rows[0].seed
     command = shlex.join(["rx90", "run", scenario, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
         f"Errors in units of the estimated standard deviation; the largest of {len(finite)} normal errors is expected "

@@ -11,7 +11,7 @@ from printed import fits
 
 from ident.model.structure import Structure
 from scenarios.benchmark.methods import Call, Limits, call, method_of, python_answer, read_answer
-from scenarios.experiments.judge import Claim
+from scenarios.experiments.verdict import Claim
 from scenarios.support.errors import ScenarioError
 
 LIMITS = Limits(time_s=60.0, memory_gb=2.0)

@@ -62,7 +62,7 @@ SCENARIOS = {
 DRAWS = {
     '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"': "random.it: no 'gian' in plant; did you mean 'gain'?",
     '[random.it]\ntarget = "plant.payload"\ndistribution = "norm"': "random.it: plant.payload holds a table",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "no continuous distribution 'nrom' in scipy.stats; did you",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "no continuous distribution 'nrom' in scipy.stats;",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scael = 1 }': "did you mean 'scale'?",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = -1 }': "gives no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { loc = [1, 2] }': "or arrays of 6",

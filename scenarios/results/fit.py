@@ -1,7 +1,7 @@
 """Rows of a fit with time, position and speed, saved with the result; plots of their torques on its page."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ident.diagnosis.motion_quality import joint_motions
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.preparation import Prepared
 from ident.recordings.formats.arrays import arrow_array
@@ -25,10 +25,7 @@ if TYPE_CHECKING:
 
 ROWS = "fit-rows.parquet"
 """Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.schema`)."""
-COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
-"""Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
-OF_JOINT = ("joint", "scale", "unit", "still")
-"""The other data of `FitRows`."""
+COLUMNS = ("t", "time", "v", "residual", "q", "dq")
 ABOUT = b"rx90"
 """Key of the file's metadata with all other data, in JSON."""
 GAP = 1.5
@@ -42,45 +39,23 @@ TORQUES = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FitRows:
-    """Rows of one joint, motions in sequence.
-
-    Attributes:
-        joint: The joint, from 0.
-        scale: Factor from current to the plotted quantity: the gain, or 1 if refused.
-        t: Time since the start of the first log, without pauses between logs [s], shape (r,).
-        stamp: Time in the log at the middle of each row's filter [s], shape (r,).
-        V: Currents [drive units], shape (r,).
-        residual: Residuals [drive units], shape (r,).
-        q, dq: Position and speed of the joint, shape (r,).
-        motion: Number of each row's motion, shape (r,).
-        still: Time intervals near reversals whose samples are removed, start and end [s].
-    """
-
-    joint: int
-    scale: float
-    unit: str
-    t: Array
-    stamp: Array
-    V: Array
-    residual: Array
-    q: Array
-    dq: Array
-    motion: Indices
-    still: tuple[tuple[float, float], ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fit:
     """Rows of an estimate, for plots.
 
     Attributes:
-        rows: Rows of each joint that has any.
+        joint, motion: Numbers of each row's joint and motion, from 1, shape (r,); joint after joint.
+        rows: Columns of the rows, shape (r,): time `t` since the start of the first log, without pauses between logs
+            [s], `time` in the log at the middle of the row's filter [s], current `v` and its `residual` [drive units],
+            `q` and `dq` of the joint.
+        still: Time intervals near reversals whose samples are removed, start and end [s], by joint from 1.
         motions: Motion of the joints in each log, or in each part between gaps.
         begins: Start time of each motion on the time axis, and end of the last one [s].
     """
 
-    rows: tuple[FitRows, ...]
+    joint: Indices
+    motion: Indices
+    rows: Mapping[str, Array]
+    still: Mapping[int, Sequence[tuple[float, float]]]
     motions: tuple[CheckLog, ...]
     begins: tuple[float, ...]
 
@@ -89,17 +64,23 @@ def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
     """Return the rows of an estimate."""
     arm, logs = prepared.problem.structure.arm, [motion.recording for motion in prepared.motions]
     joints = sorted(estimate.solution.rows.unknowns)
+    found = [fit_rows(prepared.problem, estimate, joint, logs) for joint in joints]
     return Fit(
-        rows=tuple(fit_rows(prepared.problem, estimate, joint, logs) for joint in joints),
+        joint=np.concatenate([np.full(len(motion), j + 1) for j, (motion, _, _) in zip(joints, found, strict=True)]),
+        motion=np.concatenate([motion + 1 for motion, _, _ in found]),
+        rows={name: np.concatenate([rows[name] for _, rows, _ in found]) for name in COLUMNS},
+        still={joint + 1: still for joint, (_, _, still) in zip(joints, found, strict=True)},
         motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing), arm) for each in logs),
         begins=begins(logs),
     )
 
 
-def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
-    """Return the rows of a joint, from 0; `logs` are the logs of the motions."""
-    rows, gain = estimate.solution.rows, estimate.joints[joint]
-    own, turning = rows.of(joint), bool(problem.structure.arm.revolute[joint])
+def fit_rows(
+    problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]
+) -> tuple[Indices, dict[str, Array], list[tuple[float, float]]]:
+    """Return motions (from 0), columns and removed intervals of a joint, from 0; `logs` are the logs of the motions."""
+    rows = estimate.solution.rows
+    own = rows.of(joint)
     motion, position, still = rows.motion[own], rows.position[own], list[tuple[float, float]]()
     later = np.array(begins(logs)[:-1]) - [log.t[0] for log in logs]  # time on the axis minus time in the log
     stamp, q, dq = np.empty((3, len(motion)))
@@ -116,20 +97,8 @@ def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequenc
         first -= observed.position[0] * observed.row_period
         edges = np.flatnonzero(np.diff(np.concatenate(([True], behind.moving[:, joint], [True])).astype(int)))
         still += [(float(first + a * period), float(first + b * period)) for a, b in edges.reshape(-1, 2)]
-    known = isinstance(gain, IdentifiedGain)
-    return FitRows(
-        joint=joint,
-        scale=gain.value if known else 1.0,
-        unit=("N m" if turning else "N") if known else "drive units",
-        t=stamp + later[motion],
-        stamp=stamp,
-        V=rows.V[own],
-        residual=rows.residual[own],
-        q=q,
-        dq=dq,
-        motion=motion,
-        still=tuple(still),
-    )
+    columns = (stamp + later[motion], stamp, rows.V[own], rows.residual[own], q, dq)
+    return motion, dict(zip(COLUMNS, columns, strict=True)), still
 
 
 def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
@@ -142,18 +111,11 @@ def write_fit(fit: Fit, folder: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    columns: dict[str, Array | Indices] = {
-        "joint": np.concatenate([np.full(len(each.t), each.joint + 1) for each in fit.rows]),
-        "motion": np.concatenate([each.motion + 1 for each in fit.rows]),
-    }
-    columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
-    about = {
-        "begins": fit.begins,
-        "motions": [each.model_dump(mode="json") for each in fit.motions],
-        "rows": [{name: getattr(each, name) for name in OF_JOINT} for each in fit.rows],
-    }
+    motions = [each.model_dump(mode="json") for each in fit.motions]
+    about = json.dumps({"begins": fit.begins, "motions": motions, "still": fit.still})
+    columns = {"joint": fit.joint, "motion": fit.motion, **fit.rows}
     table = pa.table({name: arrow_array(each) for name, each in columns.items()})
-    pq.write_table(table.replace_schema_metadata({ABOUT: json.dumps(about)}), folder / ROWS)
+    pq.write_table(table.replace_schema_metadata({ABOUT: about}), folder / ROWS)
 
 
 def read_fit(folder: Path) -> Fit:
@@ -161,20 +123,19 @@ def read_fit(folder: Path) -> Fit:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    path, rows = folder / ROWS, list[FitRows]()
+    path = folder / ROWS
     try:
         table = pq.read_table(path)
         about = json.loads((table.schema.metadata or {})[ABOUT])
-        columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
-        for each in about["rows"]:
-            at = columns["joint"] == each["joint"] + 1
-            arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
-            each["still"] = tuple((start, stop) for start, stop in each["still"])
-            own = {name: each[name] for name in OF_JOINT}
-            rows.append(FitRows(**own, motion=columns["motion"][at] - 1, **arrays))
-        motions = tuple(map(CheckLog.model_validate, about["motions"]))
-        return Fit(rows=tuple(rows), motions=motions, begins=tuple(about["begins"]))
-    except (OSError, KeyError, TypeError, ValueError, pa.ArrowException) as error:
+        return Fit(
+            joint=table["joint"].to_numpy(),
+            motion=table["motion"].to_numpy(),
+            rows={name: table[name].to_numpy() for name in COLUMNS},
+            still={int(joint): [(start, stop) for start, stop in own] for joint, own in about["still"].items()},
+            motions=tuple(map(CheckLog.model_validate, about["motions"])),
+            begins=tuple(about["begins"]),
+        )
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, pa.ArrowException) as error:
         first = one_line(" ".join(str(error).splitlines()[:2]))
         raise ScenarioError(f"{one_line(path)}: not rows of this version of rx90: {first}; save it again") from error
 

@@ -101,10 +101,12 @@ def page(folder: Path) -> Report:
     fit, parts = read_fit(folder), how_to_identify(result.gains, given.gains.max_rel_std)
     names = short_names([motion.log for motion in fit.motions])
     parts += [Heading("Torques, measured and reconstructed"), Paragraph(TORQUES)]
-    for each in fit.rows:
-        measured, residual = each.scale * each.V, each.scale * each.residual
-        starts = list(zip(names, fit.begins, strict=False))
-        parts.append(torque_plot(each.joint, each.unit, each.t, measured, residual, each.motion, starts, each.still))
+    starts = list(zip(names, fit.begins, strict=False))
+    for joint, still in fit.still.items():
+        gain, at = result.gains[joint - 1], fit.joint == joint
+        scale, unit = (gain.estimate, gain.unit.partition("/")[0]) if gain.estimate else (1.0, "drive units")
+        t, v, residual = (fit.rows[name][at] for name in ("t", "v", "residual"))
+        parts.append(torque_plot(joint - 1, unit, t, scale * v, scale * residual, fit.motion[at], starts, still))
     parts += motion_parts(fit.motions)
     return result.report(record.title, *parts, *origin_parts(folder, record, given, result.seed))
 

@@ -2,7 +2,7 @@ import json
 import shlex
 import shutil
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -49,15 +49,13 @@ def test_the_rows_of_a_run_are_saved_as_they_were_found(saved):
     found, fit = fit_of(prepared, estimate), read_fit(saved)
     gains = read_result(saved, Result).gains
     assert [each.joint for each in gains if each.estimate is None] == [4, 6]
-    assert [each.joint for each in fit.rows] == sorted(estimate.solution.rows.unknowns)
-    for here, there in zip(fit.rows, found.rows, strict=True):
-        for field in fields(here):
-            # The arm is read from its minimal model, whose numbers are rounded.
-            np.testing.assert_allclose(
-                *(np.array(getattr(rows, field.name)) if field.name != "unit" else 0.0 for rows in (here, there)),
-                rtol=1e-9, atol=1e-9,
-            )  # fmt: skip
-        assert here.unit == there.unit
+    assert [each - 1 for each in fit.still] == sorted(estimate.solution.rows.unknowns)
+    for name in ("joint", "motion"):
+        np.testing.assert_array_equal(getattr(fit, name), getattr(found, name))
+    for name, column in found.rows.items():  # the arm is read from its minimal model, whose numbers are rounded
+        np.testing.assert_allclose(fit.rows[name], column, rtol=1e-9, atol=1e-9)
+    for here, there in zip(fit.still.values(), found.still.values(), strict=True):
+        np.testing.assert_allclose(here, there, rtol=1e-9, atol=1e-9)
     assert fit.begins == found.begins
     assert [[each.joint for each in log.joints] for log in fit.motions] == [[1, 2, 3, 4, 5, 6]] * 2
     for joint, gain in enumerate(gains):
@@ -70,17 +68,18 @@ def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
     problem, logs = prepared.problem, [motion.recording for motion in prepared.motions]
     start = begins(logs)
     assert start[0] == 0.0
-    rows = fit_rows(problem, estimate, 1, logs)
+    motion, rows, removed = fit_rows(problem, estimate, 1, logs)
     own = estimate.solution.rows.of(1)
-    np.testing.assert_array_equal(rows.V, estimate.solution.rows.V[own])
+    np.testing.assert_array_equal(rows["v"], estimate.solution.rows.V[own])
+    np.testing.assert_array_equal(rows["residual"], estimate.solution.rows.residual[own])
     seen = [motion.observation for motion in problem.motions]
     for k, observed in enumerate(seen):
         # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
-        t, log, behind = rows.t[rows.motion == k], logs[k], observed.full_rate
-        np.testing.assert_array_equal(rows.stamp[rows.motion == k], observed.joints[1].t)
+        t, log, behind = rows["t"][motion == k], logs[k], observed.full_rate
+        np.testing.assert_array_equal(rows["time"][motion == k], observed.joints[1].t)
         np.testing.assert_allclose(t - start[k], observed.joints[1].t - log.t[0], rtol=0, atol=1e-9)  # rounding
         assert start[k] < t[0] < t[-1] < start[k + 1]
-        still = [(a, b) for a, b in rows.still if start[k] <= a < start[k + 1]]
+        still = [(a, b) for a, b in removed if start[k] <= a < start[k + 1]]
         shaded = sum(b - a for a, b in still) / behind.period
         assert round(shaded) == int((~behind.moving[:, 1]).sum())
         # Where the shading ends, the joint has just passed the speed below which samples are left out.
@@ -88,9 +87,6 @@ def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
         edge = round((still[0][1] - start[k] - first) / behind.period)
         assert behind.moving[edge, 1]
         assert not behind.moving[edge - 1, 1]
-    gain = estimate.joints[1]
-    assert (rows.scale, rows.unit) == (gain.value, "N m")
-    assert fit_rows(problem, estimate, 3, logs).unit == "drive units"
 
 
 def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
@@ -102,22 +98,25 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
     later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
     problem = replace(prepared.problem, motions=(bare, moved))
     here, there = fit_rows(prepared.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
-    np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
-    np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
-    np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
+    shift = there[1]["time"] - here[1]["time"]
+    np.testing.assert_allclose(shift, 1200.25 * here[0], rtol=0, atol=1e-9)  # rounding, as below
+    np.testing.assert_allclose(there[1]["t"], here[1]["t"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(there[2], here[2], rtol=0, atol=1e-9)
 
 
 def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
     for name in ("ident.identification.prepare", "ident.preparation.examined", "ident.preparation.prepare"):
         monkeypatch.setattr(name, None)
     plots = [part for part in page_of(saved).parts if isinstance(part, Plot) and part.wide]
-    fit = read_fit(saved)
-    assert len(plots) == len(fit.rows) == 6
-    above, below = plots[1].figure().axes
-    for axes, currents in ((above, fit.rows[1].V), (below, fit.rows[1].residual)):
-        shown = axes.lines[0].get_ydata()
-        np.testing.assert_array_equal(shown[np.isfinite(shown)], fit.rows[1].scale * currents)
-    assert len(above.patches) == len(fit.rows[1].still) > 0
+    fit, gains = read_fit(saved), read_result(saved, Result).gains
+    assert len(plots) == len(fit.still) == 6
+    for joint, label, scale in ((2, "Torque [N m]", gains[1].estimate), (4, "Current [drive units]", 1.0)):
+        above, below = plots[joint - 1].figure().axes
+        for axes, name in ((above, "v"), (below, "residual")):
+            shown = axes.lines[0].get_ydata()
+            np.testing.assert_array_equal(shown[np.isfinite(shown)], scale * fit.rows[name][fit.joint == joint])
+        assert above.get_ylabel() == label
+        assert len(above.patches) == len(fit.still[joint]) > 0
     assert [line.get_xdata()[0] for line in above.lines[2:]] == list(fit.begins[:2])
 
 

@@ -73,7 +73,7 @@ def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, o
         if isinstance(answer, ScenarioError):
             lost = {"failure": answer.kind, "reason": str(answer), "passed": False}
             answer = (Claim(None, None, None),) * joints
-        verdict = judge_claims(answer, outcome.truth.gain, tolerance, expectation=setup.scenario.expectation)
+        verdict = judge_claims(answer, outcome.truth.gain, tolerance)
         called_once = {**common, METHOD: method.text, "seconds": called.seconds}
         for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True):
             rows.append({**called_once, "expected": expected, **dict(gain), **lost})

@@ -41,16 +41,13 @@ class Verdict:
         return all(gain.passed for gain in self.gains)
 
 
-def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """Compare identified gains with injected ones [N m / drive unit], shape (n,).
-
-    `expectation` is the name of the file that states which gains should be identifiable, for the reason.
-    """
+def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable) -> Verdict:
+    """Compare identified gains with injected ones [N m / drive unit], shape (n,)."""
     claims = list(map(Claim, estimate.gain.tolist(), estimate.std.tolist(), estimate.reasons))
-    return judge_claims(claims, true_gain, tolerance, expectation=expectation)
+    return judge_claims(claims, true_gain, tolerance)
 
 
-def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
+def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable) -> Verdict:
     """Judge the answers of any method, one per joint."""
     gains: list[GainVerdict] = []
     rows = zip(claims, true_gain.tolist(), tolerance.gain, tolerance.identifiable, strict=True)
@@ -61,7 +58,7 @@ def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: Tolerance
         if error is not None:
             reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * allowed:.3g} %"
             if not expected:
-                reason = f"identified, but tolerance.identifiable in {expectation} expects a refusal"
+                reason = "identified, but tolerance.identifiable expects a refusal"
         gains.append(
             GainVerdict(
                 joint=joint,

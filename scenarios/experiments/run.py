@@ -242,7 +242,7 @@ def identified(simulated: Simulated) -> Run:
         **{each.name: getattr(simulated, each.name) for each in fields(Simulated)},
         identification=found,
         identify_s=time.perf_counter() - started,
-        verdict=judge(found.estimate, simulated.truth.gain, table.tolerance, expectation=setup.scenario.expectation),
+        verdict=judge(found.estimate, simulated.truth.gain, table.tolerance),
         cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
     )
 

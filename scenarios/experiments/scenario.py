@@ -23,7 +23,7 @@ from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.robots import robot
 from scenarios.experiments.robots import structure as believed_structure
-from scenarios.experiments.scenario_files import BUILT_IN, LOADED, MOTION, scenario_table, stating_file
+from scenarios.experiments.scenario_files import LOADED, MOTION, scenario_table
 from scenarios.experiments.schema import (
     BARE,
     Scenario,
@@ -63,13 +63,10 @@ def load_scenario(name: str) -> Scenario:
         PlantError: If the file of its robot is not valid.
     """
     stated, path = scenario_table(name)
-    wanted = stating_file(name, "tolerance.identifiable")
     scenario = Scenario(
         name=path.parent.name or path.stem if path.stem == UNNAMED else path.stem,
         folder=path.parent,
         table=validated(stated, str(path)),
-        expectation="" if wanted is None else wanted.name,
-        asking={key: str(stating_file(name, key) or path) for key in BUILT_IN},
     )
     table, nominal = scenario.table, robot_of(scenario).drives
     believed = {key: payload_to_table(payload) for key, payload in stated_payloads(scenario).items()}
@@ -92,11 +89,11 @@ def load_scenario(name: str) -> Scenario:
 
 
 def robot_of(scenario: Scenario) -> Robot:
-    """The robot; raises as `robots.robot`, with the file that names it."""
+    """The robot; raises as `robots.robot`, with the scenario that names it."""
     try:
         return robot(scenario.table.robot, scenario.folder)
     except ScenarioError as error:
-        raise type(error)(f"{scenario.asking.get('robot', scenario.name)}: robot: {error}") from error
+        raise type(error)(f"{scenario.name}: robot: {error}") from error
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -296,7 +293,7 @@ def setup_of(scenario: Scenario) -> Setup:
     try:
         motion = read_motion(table.experiment.motion, scenario.folder)
     except WrongValue as error:
-        raise WrongValue(f"{scenario.asking.get(MOTION, scenario.name)}: {MOTION}: {error}") from error
+        raise WrongValue(f"{scenario.name}: {MOTION}: {error}") from error
     if motion.n != n:
         raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(

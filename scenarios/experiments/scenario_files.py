@@ -88,19 +88,6 @@ def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...
     return overlaid(seen_from(base, there.parent, path.parent), table), path
 
 
-def stating_file(name: str, key: str, folder: Path | None = None) -> Path | None:
-    """Return the file that states a key path: the scenario's own, or the nearest extended one; None if none does."""
-    path = find_scenario(name, folder)
-    table = read_toml(path, error=ScenarioError)
-    inner: object = table
-    for part in key.split("."):
-        inner = inner.get(part) if isinstance(inner, Mapping) else None
-    parent = table.get("extends")
-    if inner is None and isinstance(parent, str):
-        return stating_file(parent, key, path.parent)
-    return None if inner is None else path
-
-
 def seen_from(table: Mapping[str, object], beside: Path, folder: Path) -> Table:
     """Return a scenario's tables in folder `beside`, with paths relative to another folder."""
 

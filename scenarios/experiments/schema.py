@@ -7,7 +7,7 @@ the flange alone. Other names are keys of `[plant.payloads]` and `[belief.payloa
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
@@ -302,15 +302,11 @@ class Scenario:
         name: Name of the built-in scenario or of the file; for `scenario.toml`, of its folder.
         folder: Folder of its file and of its motions.
         table: Its content, with all numbers of drives and payloads stated.
-        expectation: Name of the file (its own or an extended one) that states which gains should be identifiable.
-        asking: Path of the file (its own or an extended one) that names robot or motion, by key.
     """
 
     name: str
     folder: Path
     table: ScenarioTable
-    expectation: str = ""
-    asking: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": "robot"}

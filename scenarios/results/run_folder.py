@@ -9,8 +9,6 @@ from pathlib import Path
 from ident.payload.payload import write_payload
 from ident.recordings.files import write_recording
 from ident.recordings.recording import Recording
-from scenarios.experiments.motions import motion_digest
-from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Run, as_identified
 from scenarios.experiments.scenario import CHECK, Setup
 from scenarios.experiments.scenario_files import LOADED
@@ -120,14 +118,6 @@ def _motions(setup: Setup) -> tuple[MotionTable, ...]:
 
 
 def scene_digest(scenario: Scenario) -> str:
-    """Return the SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
-
-    Raises `ScenarioError` if a file is missing, `PlantError` if the robot's files cannot be read.
-    """
-    stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
-    whole = {
-        "tables": {name: stated[name] for name in ("robot", "experiment", "plant")},
-        "motion": motion_digest(motion, scenario.folder),
-        "robot": robot_digests(scenario.table.robot, scenario.folder),
-    }
-    return hashlib.sha256(to_json(whole).encode()).hexdigest()[:16]
+    """Return the SHA-256 of the tables that a picture of a scenario depends on."""
+    shown = scenario.table.model_dump(mode="json", include={"robot", "experiment", "plant"})
+    return hashlib.sha256(to_json(shown).encode()).hexdigest()

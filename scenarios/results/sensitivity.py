@@ -56,7 +56,6 @@ class Interval(ResultModel):
 class SourceCost(ResultModel):
     """Error of one joint's gain from one source."""
 
-    joint: int = Field(description="Joint number, from 1")
     source: str = Field(description="Name of the source")
     trials: int = Field(description="Trials of the source alone that gave a gain")
     bias: float = Field(
@@ -75,6 +74,7 @@ class BudgetJoint(ResultModel):
     """Relative errors of one joint's gain."""
 
     joint: int = Field(description="Number of the joint, from 1")
+    tolerance: float = Field(description="Largest relative error that passes")
     costs: list[SourceCost] = Field(
         description="One entry per source with which, alone, the joint has a gain, the largest error first"
     )
@@ -90,7 +90,7 @@ class BudgetJoint(ResultModel):
     silent: list[str] = Field(description="Sources with which, alone, the joint never has a gain")
 
 
-def joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
+def joint_budget(rows: pd.DataFrame, joint: int, tolerance: float, sources: Sequence[str], seed: int) -> BudgetJoint:
     """Return the budget of a joint. `rows` has one row per trial and joint, with the columns `NEEDED`."""
     rows = rows.query("joint == @joint")
     by_source = rows.query(f"design == {ALONE!r}").groupby("source")
@@ -107,7 +107,6 @@ def joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: i
     first, total = (dict(zip(sources, order, strict=False)) for order in indices)
     costs = [
         SourceCost(
-            joint=joint,
             source=name,
             trials=len(alone[name]),
             bias=float(np.mean(alone[name])),
@@ -125,6 +124,7 @@ def joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: i
     variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
     return BudgetJoint(
         joint=joint,
+        tolerance=tolerance,
         costs=sorted(costs, key=lambda cost: -cost.rms.value),
         floor=floor,
         together=float(np.sqrt(np.mean(together**2))) if len(together) else None,
@@ -177,7 +177,6 @@ class Budget(ResultModel):
     scenario: str = Field(description="Name of the scenario")
     trials: int = Field(description="Number of trials")
     joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
-    tolerance: list[float] = Field(description="Largest relative error that passes, of each of these joints")
 
     @classmethod
     def of(cls, scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> "Budget":
@@ -186,14 +185,17 @@ class Budget(ResultModel):
         Raises `ScenarioError` if no trial gave the gain of a joint that should have one; if a part is damaged.
         """
         limits, rows = scenario.table.tolerance, folder.table(NEEDED)
-        wanted = [joint for joint, identifiable in enumerate(limits.identifiable, 1) if identifiable]
-        joints = [joint_budget(rows, joint, list(scenario.table.sources), seed) for joint in wanted]
+        sources = list(scenario.table.sources)
+        joints = [
+            joint_budget(rows, joint, tolerance, sources, seed)
+            for joint, (tolerance, wanted) in enumerate(zip(limits.gain, limits.identifiable, strict=True), 1)
+            if wanted
+        ]
         if silent := ", ".join(str(each.joint) for each in joints if not each.costs):
             raise ScenarioError(
                 f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows"
             )
-        tolerance = [limits.gain[joint - 1] for joint in wanted]
-        return cls(scenario=scenario.name, trials=trials, joints=joints, tolerance=tolerance)
+        return cls(scenario=scenario.name, trials=trials, joints=joints)
 
     def title(self, sources: int) -> str:
         """Return the title of a report."""
@@ -201,11 +203,11 @@ class Budget(ResultModel):
 
     def parts(self) -> Iterable[Part]:
         """Errors with all sources on and the source to reduce first, then each joint's sources, the largest first."""
-        limits, order = list(zip(self.joints, self.tolerance, strict=True)), ranking(self.joints)[:DRAWN]
+        order = ranking(self.joints)[:DRAWN]
         yield budget_verdict(
-            [(each.joint, each.together, limit, each.costs[0].source if each.costs else None) for each, limit in limits]
+            [(x.joint, x.together, x.tolerance, x.costs[0].source if x.costs else None) for x in self.joints]
         )
-        for budget, limit in limits:
+        for budget in self.joints:
             floor = "refused" if budget.floor is None else f"{100.0 * budget.floor:+.3f} %"
             lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
             yield Heading(f"Joint {budget.joint}")
@@ -232,7 +234,7 @@ class Budget(ResultModel):
                 text = f"Effect unknown, as no trial with one of these sources alone gave a gain: {silent}."
                 yield Paragraph(text, strong=True)
             if budget.costs:
-                yield cost_plot(budget, order, 100.0 * limit)
+                yield cost_plot(budget, order)
         yield Paragraph(SOURCES)
 
 
@@ -250,12 +252,9 @@ def sensitivity_page(folder: Path) -> Report:
     return result.report(result.title(len(study.scenario.table.sources)), *origin)
 
 
-def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Plot:
-    """Return the plot of one joint's rms error from each of the largest sources alone, with intervals.
-
-    `order` has the sources, and `tolerance` is in %.
-    """
-    costs = {cost.source: cost.rms for cost in budget.costs}
+def cost_plot(budget: BudgetJoint, order: Sequence[str]) -> Plot:
+    """Return the plot of one joint's rms error from each of the largest sources alone (`order`), with intervals."""
+    tolerance, costs = 100.0 * budget.tolerance, {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]
     largest = max(100.0 * cost.value for cost in costs.values())
     inside = tolerance <= 2.0 * largest

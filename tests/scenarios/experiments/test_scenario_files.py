@@ -84,10 +84,10 @@ def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
     ("name", "key", "error"),
     [("robot.toml", "robot", ScenarioError), ("motion.toml", "experiment.motion", WrongValue)],
 )
-def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for_it(parent, name, key, error):
+def test_a_file_that_is_not_there_is_told_with_the_key_that_asks_for_it(parent, name, key, error):
     path = child(parent)
     (parent / name).unlink()
-    with pytest.raises(error, match=rf"^{parent}/scenario\.toml: {key}: .*arm/{name}"):
+    with pytest.raises(error, match=rf"^mine: {key}: .*arm/{name}"):
         setup_of(load_scenario(path))
 
 

@@ -28,7 +28,7 @@ def scenario_file(folder: Path, text: str) -> str:
 def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     estimate = gain_estimate(1.009, 1.011, None, None, 1.0, -0.99005, std=0.01, reason="too little load")
     tolerance = ToleranceTable(gain=(0.01,) * 6, identifiable=(True, True, False, True, False, True))
-    verdict = judge(estimate, np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0]), tolerance, expectation="mine.toml")
+    verdict = judge(estimate, np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0]), tolerance)
     assert [gain.passed for gain in verdict.gains] == [True, False, True, False, False, True]
     assert not verdict.passed
     total = np.linalg.norm([0.01, 0.02 * 1.009, 0.03 * 1.009])  # residual, payload, model
@@ -36,7 +36,7 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     np.testing.assert_allclose(verdict.gains[5].rel_error, -0.00995)  # of the true gain; of its own 1.005 %
     assert verdict.gains[1].reason == "off by +1.1 %, tolerance 1 %"
     assert verdict.gains[3].reason == "too little load"
-    assert verdict.gains[4].reason == "identified, but tolerance.identifiable in mine.toml expects a refusal"
+    assert verdict.gains[4].reason == "identified, but tolerance.identifiable expects a refusal"
 
 
 @pytest.mark.parametrize("name", builtin_names())

@@ -145,7 +145,7 @@ def made_up(trial) -> float:
 
 def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
     study = sensitivity(two_sources(tmp_path), repeats=64, samples=256, seed=1)
-    budget = joint_budget(rows_of(study, made_up), 1, ["mass", "white"], seed=0)
+    budget = joint_budget(rows_of(study, made_up), 1, 0.03, ["mass", "white"], seed=0)
     mass, white = budget.costs
     assert (mass.source, white.source) == ("mass", "white")
     # Scrambled Sobol points of 64 are far better than random ones, which would know a deviation to 9 %.
@@ -179,8 +179,8 @@ def test_a_source_without_a_single_gain_is_silent_and_the_method_s_own_error_is_
             for source, error in ((NONE, 0.003), (ALL, 0.02), ("mass", 0.013), ("white", np.nan), ("load", -0.004))
         ]
     )
-    budget = joint_budget(rows, 2, ["mass", "white", "load"], seed=0)
+    budget = joint_budget(rows, 2, 0.04, ["mass", "white", "load"], seed=0)
     assert (budget.silent, budget.lost, budget.floor) == (["white"], 1, 0.003)
     np.testing.assert_allclose(budget.summed, 0.003 + 0.010 - 0.007, rtol=1e-9)
     np.testing.assert_allclose([cost.share for cost in budget.costs], np.array([169, 16]) / 185, rtol=1e-12)
-    assert joint_budget(rows.fillna(0.01), 2, ["mass", "white", "load"], seed=0).silent == []
+    assert joint_budget(rows.fillna(0.01), 2, 0.04, ["mass", "white", "load"], seed=0).silent == []

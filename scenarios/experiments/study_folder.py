@@ -1,19 +1,18 @@
 """A study's folder: `study.json`, and in `trials/` one Parquet file per finished chunk, written atomically.
 
 The name of a file states its trials, `00000064-00000095.parquet`, so the missing trials after a crash follow from the
-names. Trials that failed for external reasons are in files of their own, `00000003-00000003.lost.parquet`; readers
-include them, and the next run repeats them.
+names. Readers include parts with trials that failed for external reasons, and the next run repeats these parts.
 """
 
 import itertools
 import json
 import os
 import shlex
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -30,20 +29,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
-WHOLE, LOST = ".parquet", ".lost.parquet"
-"""Endings of names of parts: finished trials, and trials to be repeated."""
-
-
-class Part(NamedTuple):
-    """A file of rows: its trials, and its ending, `WHOLE` or `LOST`."""
-
-    trials: range
-    ending: str
-
-    @property
-    def name(self) -> str:
-        """Name of its file."""
-        return f"{self.trials.start:08d}-{self.trials.stop - 1:08d}{self.ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,72 +46,72 @@ class StudyFolder:
         """Folder of the parts."""
         return self.path / TRIALS
 
-    def parts(self) -> list[Part]:
-        """The existing parts, in order of their trials."""
+    def file(self, part: range) -> Path:
+        """Path of the part of some trials."""
+        return self.trials / f"{part.start:08d}-{part.stop - 1:08d}.parquet"
+
+    def parts(self) -> list[range]:
+        """The trials of the existing parts, in order."""
         parts = [self._part(path) for path in self.trials.iterdir()] if self.trials.is_dir() else []
-        parts.sort(key=lambda part: part.trials.start)
+        parts.sort(key=lambda part: part.start)
         for before, after in itertools.pairwise(parts):
-            if after.trials.start < before.trials.stop:
-                raise ScenarioError(f"{self.trials / after.name}: its trials are also in {before.name}; move one away")
+            if after.start < before.stop:
+                name = self.file(before).name
+                raise ScenarioError(f"{self.file(after)}: its trials are also in {name}; move one away")
         return parts
 
-    def _part(self, path: Path) -> Part:
-        """Return the part in a file, whose name and number of rows must fit the trials in it."""
+    def _part(self, path: Path) -> range:
+        """Return the trials in a file, whose name and number of rows must fit them."""
         try:
             found = pq.read_metadata(path)
             at = found.schema.names.index("trial")
             groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
-            trials = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
+            part = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
         except (ValueError, TypeError, OSError, AttributeError, pa.ArrowException) as error:
             raise ScenarioError(f"{path}: not part of a study; move it away") from error
-        for part in (Part(trials, ending) for ending in (WHOLE, LOST)):
-            if path.name == part.name and found.num_rows == len(trials) * self.rows_per_trial:
-                return part
-        rows = f"{found.num_rows} rows of trials {trials.start} to {trials.stop - 1}"
-        raise ScenarioError(f"{path}: contains {rows}, which is not what its name says; move it away")
+        if path != self.file(part) or found.num_rows != len(part) * self.rows_per_trial:
+            rows = f"{found.num_rows} rows of trials {part.start} to {part.stop - 1}"
+            raise ScenarioError(f"{path}: contains {rows}, which is not what its name says; move it away")
+        return part
+
+    def _lost(self, part: range) -> bool:
+        """Return whether a trial failed for external reasons."""
+        return bool(pc.any(pc.is_in(self._read(part, ["failure"])["failure"], pa.array(OUTSIDE))).as_py())
 
     def missing(self, count: int) -> list[range]:
-        """Return the unfinished trials of the first `count`, including lost ones, in order."""
+        """Return the unfinished trials of the first `count`, including those of lost parts, in order."""
         gaps, start = list[range](), 0
         for part in self.parts():
-            if part.ending == WHOLE:
-                gaps.append(range(start, min(part.trials.start, count)))
-                start = part.trials.stop
+            if not self._lost(part):
+                gaps.append(range(start, min(part.start, count)))
+                start = part.stop
         return [gap for gap in (*gaps, range(start, count)) if gap]
 
     def forget_lost(self) -> None:
-        """Remove the rows of lost trials before they are repeated."""
-        for part in self.parts():
-            if part.ending == LOST:
-                (self.trials / part.name).unlink()
+        """Remove the parts of lost trials before they are repeated."""
+        for part in filter(self._lost, self.parts()):
+            self.file(part).unlink()
 
     def keep(self, rows: pa.Table) -> None:
-        """Write the rows of consecutive trials: finished and lost trials separately, each part atomically."""
-        lost: set[int] = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
+        """Write the rows of consecutive trials as a part, atomically."""
         numbers: list[int] = rows["trial"].unique().sort().to_pylist()
-        for is_lost, run in itertools.groupby(numbers, key=lost.__contains__):
-            members = list(run)
-            content = pa.BufferOutputStream()
-            pq.write_table(
-                rows.filter(pc.is_in(rows["trial"], pa.array(members, pa.int64()))), content, write_page_checksum=True
-            )
-            part = Part(range(members[0], members[-1] + 1), LOST if is_lost else WHOLE)
-            _write(self.trials / part.name, content.getvalue().to_pybytes(), self.path / UNFINISHED)
+        content = pa.BufferOutputStream()
+        pq.write_table(rows, content, write_page_checksum=True)
+        part = range(numbers[0], numbers[-1] + 1)
+        _write(self.file(part), content.getvalue().to_pybytes(), self.path / UNFINISHED)
 
-    def tables(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
-        """Yield the rows of one part after the other, to save memory."""
-        for part in self.parts():
-            path = self.trials / part.name
-            try:
-                with pq.ParquetFile(path, page_checksum_verification=True) as file:
-                    yield file.read(columns=columns and list(columns), use_threads=False)
-            except (OSError, pa.ArrowException) as error:
-                raise ScenarioError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
+    def _read(self, part: range, columns: Sequence[str] | None) -> pa.Table:
+        path = self.file(part)
+        try:
+            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                return file.read(columns=columns and list(columns), use_threads=False)
+        except (OSError, pa.ArrowException) as error:
+            raise ScenarioError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
     def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
         """Return all existing rows, sorted by trial, method (if several) and joint."""
         try:
-            rows = pa.concat_tables(self.tables(columns)).to_pandas()
+            rows = pa.concat_tables([self._read(part, columns) for part in self.parts()]).to_pandas()
         except pa.ArrowException as error:
             raise ScenarioError(f"{self.trials}: its parts differ in their columns, as if one is damaged") from error
         keys = [key for key in ("trial", "method", "joint") if key in rows.columns]

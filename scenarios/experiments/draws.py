@@ -29,10 +29,7 @@ STREAM_SEEDS = 2**31
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
-    """Draw everything that a scenario declares random, by key path; draw k uses the stream of (seed, checksum of k).
-
-    Raises `WrongValue` if the target of a draw is not a number of the scenario, or the distribution does not exist.
-    """
+    """Draw everything that a scenario declares random, by key path; draw k uses the stream of (seed, checksum of k)."""
     table, settings = scenario.table, dict[str, Value]()
     for name, draw in table.random.items():
         key = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(name.encode()),))
@@ -81,11 +78,7 @@ def _bases(draw: DrawTable, table: ScenarioTable) -> dict[str, float | list[floa
 
 
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
-    """Return the values of a draw's targets from uniform numbers in (0, 1), shape (numbers_needed,).
-
-    Raises `ScenarioError` if a target does not exist, `WrongValue` if distribution or parameters do not exist or do
-    not fit.
-    """
+    """Return the values of a draw's targets from uniform numbers in (0, 1), shape (numbers_needed,)."""
     if draw.choice is not None:
         if not draw.choice:
             raise WrongValue("choice is empty")

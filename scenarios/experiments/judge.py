@@ -106,10 +106,7 @@ class CostVerdict:
 
 
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
-    """Estimate payload and arm with the controller's gains and with the identified gains, and judge both.
-
-    Raises `IdentificationError` if the motions do not identify the payload.
-    """
+    """Estimate payload and arm with the controller's gains and with the identified gains, and judge both."""
     table, plant, base = setup.scenario.table, setup.plant, setup.structure.base
     assert table.cost is not None, "requested where the scenario has it"
     assert setup.check is not None, "requested where the scenario has it"

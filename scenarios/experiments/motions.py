@@ -37,10 +37,7 @@ class MotionFile(Table):
 
 @lru_cache(maxsize=32)
 def read_motion(name: str, folder: Path) -> FourierTrajectory:
-    """Read a built-in motion, or a file relative to `folder`; cached, so that trials share the object.
-
-    Raises `ScenarioError` if it does not exist, or does not start and end at rest.
-    """
+    """Read a built-in motion, or a file relative to `folder`; cached, so that trials share the object."""
     path = _motion_path(name, folder)
     file = validated_table(MotionFile, read_toml(path, error=ScenarioError), str(path), ScenarioError)
     sizes = [len(file.center), *map(len, file.sine), *map(len, file.cosine)]

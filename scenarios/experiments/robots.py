@@ -139,7 +139,7 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     """Read the links of a model file with MuJoCo, each in the axes of its body and with the origin on its joint.
 
-    Joints outside the chain to the flange are locked. Raises `PlantError` if MuJoCo cannot read it.
+    Joints outside the chain to the flange are locked.
     """
     model = _compiled(path, flange)
     data = mujoco.MjData(model)
@@ -174,11 +174,7 @@ def model_links(path: Path, flange: str | None) -> Array | None:
 
 @silenced()
 def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
-    """Return the base parameters of a model file, including armature, damping and friction loss of its joints, (b,).
-
-    Raises:
-        PlantError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
-    """
+    """Return the base parameters of a model file, including armature, damping and friction loss of its joints, (b,)."""
     model, links = _compiled(path, flange), nominal_links(path, flange)
     if is_placeholder(links):
         raise PlantError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
@@ -193,12 +189,7 @@ def is_placeholder(links: ModelLinks) -> bool:
 
 
 def robot(name: str = ROBOT, folder: Path | None = None) -> "Robot":
-    """Return a built-in robot, or that of a file relative to a folder; cached unless the file changes.
-
-    Raises:
-        WrongValue: If it is neither.
-        ScenarioError, PlantError: If its file cannot be read.
-    """
+    """Return a built-in robot, or that of a file relative to a folder; cached unless the file changes."""
     path = robot_file(name, folder)
     return _read(path, path.stat().st_mtime_ns)
 
@@ -211,7 +202,7 @@ def _read(path: Path, stamp: int) -> "Robot":
 
 
 def robot_file(name: str, folder: Path | None = None) -> Path:
-    """Path of a robot's file; raises as `robot` unless it exists."""
+    """Path of a robot's file; raises `ScenarioError` unless it exists."""
     built_in = BUILT_IN["robot"]
     if name in built_in:
         import rx90_mjcf
@@ -231,7 +222,7 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
 def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure:
     """Return the identification model of a robot with couplings (pairs of joints, from 0), checked with MuJoCo.
 
-    Cached unless the model file changes. Raises `RobotModelError` if it is not an arm, or the parsers differ.
+    Cached unless the model file changes.
     """
     return _structure(arm, arm.model.stat().st_mtime_ns, couplings)
 
@@ -295,11 +286,6 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
     """Return the robot of a command-line argument: a model file, a `robot.toml`, or a built-in name.
 
     Couplings are pairs of joints, from 0, by default those of the robot's file. A flange belongs to a model file.
-
-    Raises:
-        ScenarioError: If it is none of these; if a flange is given for a robot whose file states it.
-        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
-        PlantError: If the robot's file cannot be read.
     """
     if not word:
         raise WrongValue("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")

@@ -133,10 +133,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
 
 
 def place_of(table: ScenarioTable, name: str) -> str:
-    """Return the full key path for its end, as `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
-
-    Raises `ScenarioError` if there is no such path, or more than one.
-    """
+    """Return the full key path for its end, as `identification.observe.cutoff_hz` for `observe.cutoff_hz`."""
 
     def places(node: object, above: str) -> Iterator[str]:
         for key, value in _entries(node).items():
@@ -151,10 +148,7 @@ def place_of(table: ScenarioTable, name: str) -> str:
 
 
 def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
-    """Return the scenario with changed values, whose tables are validated again, and without random tables.
-
-    Raises `ScenarioError` if a key path does not exist, `WrongValue` if a value is not valid.
-    """
+    """Return the scenario with changed values, whose tables are validated again, and without random tables."""
     changes: dict[str, dict[str, Any]] = {}
     for place, value in settings.items():
         value_at(scenario.table, place)
@@ -191,10 +185,7 @@ def _is_number(value: object) -> bool:
 
 
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
-    """Return the scenario with another method or options, words `KEY=VALUE`; a named method starts from its defaults.
-
-    Raises `OptionError` if an option does not exist or a value is not valid.
-    """
+    """Return the scenario with another method or options, as `KEY=VALUE`; a named method starts from its defaults."""
     stated = scenario.table.identification
     if method is None and not words:
         return scenario
@@ -260,14 +251,7 @@ class Setup:
 
 
 def setup_without_motion(scenario: Scenario) -> Setup:
-    """Prepare a scenario's robot without motions.
-
-    Raises:
-        ScenarioError: If arrays do not fit the arm; if the scenario names a robot or payload that does not exist or is
-            impossible.
-        SimulationError: If robot or plant are impossible.
-        RobotModelError: If the robot's model file is not an arm.
-    """
+    """Prepare a scenario's robot without motions."""
     table, arm = scenario.table, robot_of(scenario)
     if len(table.tolerance.gain) != arm.n:
         raise ScenarioError(
@@ -286,7 +270,7 @@ def setup_without_motion(scenario: Scenario) -> Setup:
 
 
 def setup_of(scenario: Scenario) -> Setup:
-    """Prepare a scenario; raises as `setup_without_motion`, and if the motion does not exist or fit the arm."""
+    """Prepare a scenario with its motions."""
     setup = setup_without_motion(scenario)
     table, plant = scenario.table, setup.plant
     protocol, n = table.experiment.protocol, plant.robot.n
@@ -327,7 +311,7 @@ def setup_of(scenario: Scenario) -> Setup:
 
 
 def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
-    """Return the setup with changed values of its scenario; raises as `with_settings` and `setup_of`."""
+    """Return the setup with changed values of its scenario."""
     return setup_of(with_settings(setup.scenario, settings)) if settings else setup
 
 

@@ -37,10 +37,7 @@ def builtin_names() -> list[str]:
 
 
 def find_scenario(name: str, folder: Path | None = None) -> Path:
-    """Return the path of a built-in scenario or of a user's file, relative to the folder of the file that extends it.
-
-    Raises `ScenarioError` if it does not exist; the message names the nearest built-in one.
-    """
+    """Return the path of a built-in scenario or a user's file, relative to the folder of the file that extends it."""
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
     if name in {path.stem for path in PARTS.glob("*.toml")}:

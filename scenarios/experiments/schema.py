@@ -314,10 +314,7 @@ OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": 
 
 
 def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
-    """Validate a scenario's tables; `path` is its name in messages.
-
-    Raises `ScenarioError` if there is an unknown key, a wrong value or a contradiction; the message names it.
-    """
+    """Validate a scenario's tables; `path` is its name in messages."""
     other = next((kind for key, kind in OTHER_FILES.items() if key in table), None)
     if other is not None:
         raise WrongValue(f"{path}: this is a {other} file; expected a scenario")

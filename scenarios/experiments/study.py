@@ -94,8 +94,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
     """Return the study of all combinations of values, by key path or its end, with each seed; n means 0 to n - 1.
 
-    The first key varies slowest, seeds fastest. Swept values are not drawn. Raises `ScenarioError` if a key path
-    does not exist or is ambiguous, a value is not valid, or a draw is not possible.
+    The first key varies slowest, seeds fastest. Swept values are not drawn.
     """
     check_draws(scenario)
     places = [place_of(scenario.table, name) for name in values]
@@ -126,10 +125,6 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         repeats: Trials of each source alone, a power of 2 from 2 to `LARGEST`; all together get four times as many.
         samples: Rows of the Sobol matrices, also a power of 2; the design has (sources + 2) times as many trials.
         seed: Seed of both designs.
-
-    Raises:
-        ScenarioError: If a number is not such a power of 2; if the scenario expects no gain, or declares no sources or
-            wrong ones.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
@@ -194,8 +189,7 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
     """Run the missing trials of a study and write them part by part; existing trials of the same study are kept.
 
     Rows do not depend on the workers. The record states the user's command; progress is shown on a console on
-    stderr. Raises `ScenarioError` if the scenario or its draws are wrong; if the folder holds another study or
-    cannot be written; if workers cannot run trials.
+    stderr.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)
@@ -271,10 +265,7 @@ class StudyRows:
 
 
 def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
-    """Run a study and keep its rows in memory; they do not depend on the workers, this process if None.
-
-    Raises `ScenarioError` if there is no trial to run; if workers cannot run trials.
-    """
+    """Run a study and keep its rows in memory; they do not depend on the workers, this process if None."""
     if study.count < 1:
         raise ScenarioError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
     with nullcontext() if workers is None else workers as opened:

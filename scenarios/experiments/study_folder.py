@@ -141,8 +141,7 @@ def study_folder(
     """Open a new or existing study folder, locked for other processes.
 
     The identity of a study (kind, scenario, seeds) has JSON values. The record keeps the largest number of trials
-    requested so far, and the command. Raises `ScenarioError` if it cannot be created or written; if it is no study,
-    or another one (the message names the first difference); if it is open elsewhere; if its record cannot be read.
+    requested so far, and the command.
     """
     path = path.absolute()
     try:
@@ -213,10 +212,7 @@ class StoredStudy:
 
 
 def read_study(folder: Path) -> StoredStudy:
-    """Read a finished study from its folder; nothing is opened for writing.
-
-    Raises `ScenarioError` if its record is damaged or from another version; if trials are missing or damaged.
-    """
+    """Read a finished study from its folder; nothing is opened for writing."""
     path = folder / STUDY
     try:
         record = _record(path)

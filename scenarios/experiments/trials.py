@@ -113,9 +113,6 @@ def run_task(task: Task) -> pa.Table:
 
     Returns:
         The rows in the order of the trials; they do not depend on the division into batches.
-
-    Raises:
-        ScenarioError: If this process has other versions, as rows would differ.
     """
     here = versions() if task.versions else {}
     for name, wanted in task.versions.items():

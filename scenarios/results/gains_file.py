@@ -159,10 +159,7 @@ class GainsFile(Table):
         return np.array([entry.largest_current or x for entry, x in zip(self.gains, of_logs.tolist(), strict=True)])
 
     def of(self, arm: Arm) -> KnownGains:
-        """Return the gains for an arm.
-
-        Raises `GainsError` if they belong to another robot or to other joints, or are not usable.
-        """
+        """Return the gains for an arm."""
         if self.robot not in (None, arm.name):
             raise GainsError(
                 f"gains: of robot {one_line(self.robot)}, but the model is of {arm.name}; if both are one arm, write "
@@ -203,10 +200,7 @@ def read_gains(path: Path) -> GainsFile:
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
-    """Check that each joint's gains have the same unit in both files.
-
-    Raises `ScenarioError` if a joint is revolute in one and prismatic in the other.
-    """
+    """Check that each joint's gains have the same unit in both files."""
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:
             raise ScenarioError(

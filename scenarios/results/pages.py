@@ -51,11 +51,7 @@ PATIENCE = 60.0
 
 
 def page_of(folder: Path) -> Report:
-    """Return the page of a result folder.
-
-    Raises `ScenarioError` if it holds no result, or one of another version; if it is an unfinished study; if a file
-    is missing or changed.
-    """
+    """Return the page of a result folder."""
     module, _, function = PAGES[kind_of(folder)].partition(":")
     return getattr(import_module(module), function)(folder)
 

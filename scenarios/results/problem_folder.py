@@ -159,12 +159,7 @@ def write_model(model: Path, flange: str | None, folder: Path) -> str:
 
 
 def read_problem(folder: Path) -> GivenProblem:
-    """Read a problem.
-
-    Raises:
-        ScenarioError: If the folder has no problem, or an invalid one.
-        IdentificationError: If robot, recording or payload cannot be read.
-    """
+    """Read a problem."""
     path = folder / PROBLEM
     return given_problem(
         path, validated_table(ProblemFile, read_json(path), one_line(path), ScenarioError), read_recording
@@ -199,10 +194,7 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
 
 
 def read_json(path: Path) -> object:
-    """Parse a JSON file.
-
-    Raises `ScenarioError` if it cannot be read, is too large, or is not JSON; the message says where.
-    """
+    """Parse a JSON file."""
     content, place = read_bytes(path, most_bytes=LARGEST, error=ScenarioError), one_line(path)
     try:
         return json.loads(content.decode("utf-8-sig"))

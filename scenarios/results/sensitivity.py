@@ -180,10 +180,7 @@ class Budget(ResultModel):
 
     @classmethod
     def of(cls, scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> "Budget":
-        """Compute the budget of a sensitivity study.
-
-        Raises `ScenarioError` if no trial gave the gain of a joint that should have one; if a part is damaged.
-        """
+        """Compute the budget of a sensitivity study."""
         limits, rows = scenario.table.tolerance, folder.table(NEEDED)
         sources = list(scenario.table.sources)
         joints = [

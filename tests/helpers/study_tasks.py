@@ -11,11 +11,6 @@ def double(x: int) -> int:
     return 2 * x
 
 
-def slow_double(x: int) -> int:
-    time.sleep(0.3)
-    return 2 * x
-
-
 def double_or_die(x: int) -> int:
     """13 kills its worker every time."""
     if x == 13:

@@ -2,7 +2,6 @@ import json
 import re
 import tomllib
 from functools import cache
-from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
 from zipfile import ZipFile
@@ -12,11 +11,9 @@ import pytest
 from hatchling.build import build_wheel
 from places import ROOT
 from plants import short_motion
-from printed import fits, printed
-from quick import quick_scenario
+from printed import fits
 
 import rx90_mjcf
-from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import robot_file
 from scenarios.experiments.scenario_files import BUILT_IN, CATALOG
@@ -83,28 +80,14 @@ def test_a_wrong_file_does_not_fit():
             fits(tomllib.loads(text), name)
 
 
-def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
-    main(["run", str(quick_scenario(tmp_path)), "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
-    result = printed(capsys, "result")
-    del result["gains"][2]["std"]
-    with pytest.raises(jsonschema.ValidationError, match="'std' is a required property"):
-        fits(result, "result")
-    fits_the_schema_that_it_names(tmp_path / "run" / "payload.toml", "payload")
-
-
-def fits_the_schema_that_it_names(path: Path, name: str) -> None:
-    """For a file that a command wrote, wherever that is."""
-    marker, place = path.read_text().splitlines()[0].split(" ")
-    assert marker == "#:schema"
-    with urlopen(place) as schema:
-        assert json.load(schema) == made(name)
-    fits(tomllib.loads(path.read_text()), name)
-
-
 def test_a_motion_that_is_written_fits_the_schema_that_it_names(tmp_path):
     path = tmp_path / "a motion.toml"
     write_motion(short_motion(6.5, 0.25), path, ["Found by: nobody"])
-    fits_the_schema_that_it_names(path, "motion")
+    marker, place = path.read_text().splitlines()[0].split(" ")
+    assert marker == "#:schema"
+    with urlopen(place) as schema:
+        assert json.load(schema) == made("motion")
+    fits(tomllib.loads(path.read_text()), "motion")
 
 
 def test_an_installed_package_holds_the_schemas_and_every_other_file_that_it_reads(tmp_path, monkeypatch):

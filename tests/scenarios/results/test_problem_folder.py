@@ -8,12 +8,8 @@ import pytest
 from printed import fits
 from quick import quick_scenario
 
-from ident.estimation.estimate import IdentifiedGain
-from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.problem import GainOptions
-from ident.identification import identify
 from ident.observation.observation import ObserveOptions
-from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
 from scenarios.experiments.run import Simulated, as_identified, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of
@@ -65,22 +61,6 @@ def test_what_is_read_back_is_what_identification_was_given(done, folder):
     assert bare is None
     assert loaded not in (None, light)
     fits(json.loads((folder / PROBLEM).read_text()), "problem")
-
-
-@pytest.mark.usefixtures("_undiagnosed")
-def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
-    found = read_problem(folder)
-    options = {
-        "options": AllJointsOptions(friction="viscous-coulomb"),
-        "observing": OBSERVING,
-        "gains": GAINS,
-        "policy": SIMULATED,
-    }
-    direct = identify(done.setup.structure, as_identified(done.setup, done.recordings), **options)
-    read = identify(found.arm, found.motions, **options)
-    pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))
-    assert any(isinstance(one, IdentifiedGain) for one, _ in pairs)
-    assert all(one == other for one, other in pairs)
 
 
 def test_nothing_of_the_truth_is_in_the_folder(done, folder):

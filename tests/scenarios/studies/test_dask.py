@@ -14,7 +14,7 @@ from here import HERE
 from places import ROOT
 from quick import BRIEF, quick_scenario
 from rich.console import Console
-from study_tasks import double_or_die, slow_double
+from study_tasks import double_or_die
 
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
@@ -121,17 +121,6 @@ def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with
             timeout=60.0,
         )
     assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_dies_ends_a_study_without_rows(living):
-    file, process = living()
-    with dask_workers(str(file)) as workers:
-        found = completed(workers, slow_double, range(100))
-        next(found)
-        os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(ScenarioError, match="the scheduler has exited"):
-            dict(found)
 
 
 @pytest.mark.slow

@@ -3,10 +3,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from printed import printed
-from quick import BRIEF, quick_scenario
 
-from scenarios.cli import main
 from scenarios.experiments.draws import settings_with, sources_of
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.scenario_files import CATALOG
@@ -80,32 +77,6 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
 def test_numbers_that_are_no_power_of_two_are_refused(number):
     with pytest.raises(ScenarioError, match=f"samples = {number}: expected a power of 2"):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
-
-
-@pytest.mark.usefixtures("_at_home", "_undiagnosed")
-@pytest.mark.slow
-def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
-    quick_scenario(tmp_path, lasts=BRIEF)
-    path = tmp_path / "two.toml"
-    two_sources(tmp_path)
-    text = path.read_text().replace('motion = "drive-gains"', 'motion = "short.toml"')
-    path.write_text(text.replace("[true, true, true, true, true, false]", "[true, true, true, false, true, false]"))
-    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "2", "--seed", "3"]
-    assert main([*words, "--out", str(tmp_path / "out")]) == 0
-    rows = pd.read_parquet(tmp_path / "out" / "trials")
-    assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 2 * 4
-    assert set(rows["source"]) == {NONE, ALL, "mass", "white", "A", "B"}
-    alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
-    assert (alone["plant.payload.mass"] != 7.025).all()
-    assert (alone["experiment.sensors.current_white"] == 0.0).all()
-    noisy = rows[(rows["design"] == ALONE) & (rows["source"] == "white") & (rows["joint"] == 2)]
-    assert noisy["estimate"].nunique() == 2  # each repeat has noise of its own
-    output = capsys.readouterr().out
-    assert "21 trials, 2 error sources" in output
-    assert "mass" in output
-    assert "white" in output
-    assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 0  # nothing is left to run
-    assert printed(capsys, "sensitivity")["trials"] == 21
 
 
 def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from page_parts import drawn_intervals, plots, tables
+from printed import fits
 from scipy import stats
 from study_tables import gathered, normal_rows
 
@@ -128,6 +129,7 @@ def test_a_budget_is_shown_with_the_largest_sources():
         cost(name, share, 0.01 * share) for name, share in zip("abcdefgh", (0.4, *[0.1] * 4, *[0.05] * 3), strict=False)
     ]
     found = Budget(scenario="mine", trials=9, joints=[budget_of(3, sources, silent=["drift"])])
+    fits(found.model_dump(mode="json"), "sensitivity")
     (table,) = tables(found)
     assert (len(table.rows), table.shown, table.rest) == (8, 6, "and 2 more with 10 % together")
     assert [cell.text for cell in table.rows[0]] == ["a", "0.400", "0.360..0.480", "+0.000", "40.0", "-", "-"]

@@ -118,8 +118,8 @@ class BodyTable(Table):
     def of(cls, payload: str) -> "BodyTable":
         """Return the numbers of a name of `rx90_mjcf.PAYLOADS`."""
         rigid = body_of(_named(payload))
-        inertia = InertiaTable(**dict(zip(INERTIA_KEYS, rigid.inertia, strict=True)))
-        return cls(mass=rigid.mass, com=rigid.com, inertia=inertia)
+        inertia = dict(zip(INERTIA_KEYS, rigid.inertia, strict=True))
+        return cls.model_validate({"mass": rigid.mass, "com": rigid.com, "inertia": inertia})
 
 
 def body_of(payload: Payload) -> PayloadBody:

@@ -136,23 +136,22 @@ class Links(ResultModel, allow_inf_nan=False):
         """Return the result of consistent links."""
         far = int(np.argmax(np.abs(found.moved)))
         bodies = np.array([body_values(own) for own in found.own])  # (n, 10)
-        columns = {
-            "joint": np.arange(1, arm.n + 1),
-            "name": np.array(arm.joint_names),
-            "mass": bodies[:, 0],
-            "com": bodies[:, 1:4],
-            "motor_inertia": found.motor,
-            "motor_unit": np.where(arm.revolute, "kg m^2", "kg"),
-            "motor_found": found.motor_found,
-            "carried": nominal.carried,
-            "place": arm.translation,
-            "orientation": arm.rotation,
-            "axis": arm.axis,
-        }
-        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-        inertia = (dict(zip(INERTIA_KEYS, own, strict=True)) for own in bodies[:, 4:].tolist())
         links = [
-            dict(zip(columns, row, strict=True)) | {"inertia": own} for row, own in zip(rows, inertia, strict=True)
+            {
+                "joint": j + 1,
+                "name": arm.joint_names[j],
+                "mass": bodies[j, 0],
+                "com": bodies[j, 1:4].tolist(),
+                "inertia": dict(zip(INERTIA_KEYS, bodies[j, 4:].tolist(), strict=True)),
+                "motor_inertia": found.motor[j],
+                "motor_unit": "kg m^2" if arm.revolute[j] else "kg",
+                "motor_found": bool(found.motor_found[j]),
+                "carried": nominal.carried[j].tolist(),
+                "place": arm.translation[j].tolist(),
+                "orientation": arm.rotation[j].tolist(),
+                "axis": arm.axis[j].tolist(),
+            }
+            for j in range(arm.n)
         ]
         moved = {"farthest_parameter": found.names[far], "farthest_deviations": float(abs(found.moved[far]))}
         return cls.model_validate({"links": links, **moved})

@@ -1,7 +1,7 @@
 """Result of a Monte Carlo study: errors, intervals and pass rates of each joint."""
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -227,13 +227,14 @@ def error_plots(study: pd.DataFrame) -> list[Plot]:
         estimated = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
         outside = "" if tolerance <= end else f" The tolerance, {tolerance:.3g} %, is outside the plot."
         limits = () if outside else (-tolerance, tolerance)
+        errors = np.repeat(edges, 2), np.r_[0.0, np.repeat(density, 2), 0.0]
         plots.append(
             Plot(
                 title=f"Joint {joint}",
                 caption=f"{len(error)} errors.{outside}",
                 x="Error [%]",
                 y="Density [1/%]",
-                draw=partial(_draw_errors, edges=edges, density=density, x=x, estimated=estimated, limits=limits),
+                draw=partial(_draw_curves, curves={"Errors": errors, "Estimated": (x, estimated)}, limits=limits),
                 heights=(130,),
             )
         )
@@ -263,10 +264,8 @@ def worst_trials(study: pd.DataFrame, scenario: str) -> list[Part]:
     return [Heading("Trials with the largest errors"), listed, Paragraph(said), Line(command)]
 
 
-def _draw_errors(
-    axes: "Axes", edges: Array, density: Array, x: Array, estimated: Array, limits: tuple[float, ...]
-) -> None:
-    axes.plot(np.repeat(edges, 2), np.r_[0.0, np.repeat(density, 2), 0.0], label="Errors")
-    axes.plot(x, estimated, label="Estimated")
+def _draw_curves(axes: "Axes", curves: Mapping[str, tuple[Array, Array]], limits: Iterable[float]) -> None:
+    for label, curve in curves.items():
+        axes.plot(*curve, label=label)
     for at in limits:
         axes.axvline(at, **LIMIT)

@@ -4,7 +4,7 @@ import pyarrow as pa
 import pytest
 from quick import BRIEF, quick_scenario
 from scipy import stats
-from study_tables import gathered, normal_rows
+from study_tables import normal_rows
 
 from scenarios import assert_scenario, load
 from scenarios.experiments.scenario import load_scenario
@@ -106,12 +106,12 @@ def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
     for misses, held in ((allowed, True), (allowed + 1, False)):
         table = normal_rows(40)
         table["passed"] = (table["trial"] >= misses) | (table["joint"] == 2)
-        one, two = joint_statistics(gathered(table), wanted=0.9, false_alarm=0.01)
+        one, two = joint_statistics(table, wanted=0.9, false_alarm=0.01)
         assert (one.passed, one.held, two.held) == (40 - misses, held, True)
 
 
 def test_a_rate_below_the_required_one_is_found():
-    held, other = joint_statistics(gathered(normal_rows(2000, std=0.012)), wanted=0.95, false_alarm=0.01)
+    held, other = joint_statistics(normal_rows(2000, std=0.012), wanted=0.95, false_alarm=0.01)
     assert not held.held  # 90 % pass
     assert other.held
 

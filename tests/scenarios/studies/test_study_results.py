@@ -6,7 +6,7 @@ import pytest
 from page_parts import drawn_intervals, plots, tables
 from printed import fits
 from scipy import stats
-from study_tables import gathered, normal_rows
+from study_tables import normal_rows
 
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import joint_statistics
@@ -62,12 +62,12 @@ def test_the_verdict_names_the_trials_of_the_worst_joint():
     nominal, table = load_scenario("nominal"), normal_rows(40)
     for missed, mood in ((3, Mood.GOOD), (19, Mood.BAD)):
         table["passed"] = (table["trial"] >= missed) | (table["joint"] == 1)
-        result = StudyResult.of(nominal, 0, gathered(table))
+        result = StudyResult.of(nominal, 0, table)
         verdict = next(iter(result.parts()))
         assert (verdict.mood, verdict.strong, result.passed) == (mood, True, mood is Mood.GOOD)
         assert f"{missed} of 40 trials" in verdict.text
     for identifiable in (True, False):
-        found = gathered(table.assign(identifiable=identifiable & (table["joint"] == 1)))
+        found = table.assign(identifiable=identifiable & (table["joint"] == 1))
         assert len(error_plots(found)) == identifiable
 
 

@@ -1,6 +1,6 @@
 """The result of `rx90 check`: verdict, findings, excluded faults, faults that cannot be checked, motion of joints."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -13,7 +13,6 @@ from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, number, percent, table
-from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import (
     MOODS,
@@ -34,13 +33,11 @@ class CheckJoint(JointMotion):
         joint: Number of the joint, from 1.
         name: Name of the joint in the robot's model.
         unit: Unit of its positions.
-        limits: Range of the joint, None where the model has none [rad or m].
     """
 
     joint: int
     name: str = ""
     unit: Literal["rad", "m"] = "rad"
-    limits: tuple[float, float] | None = None
 
 
 class CheckLog(ResultModel):
@@ -52,13 +49,11 @@ class CheckLog(ResultModel):
     @classmethod
     def of(cls, log: str, motions: Sequence[JointMotion], arm: Arm) -> "CheckLog":
         """Return the motion of an arm's joints."""
-        limits = np.column_stack((arm.lower, arm.upper))
         joints = [
             CheckJoint(
                 joint=j + 1,
                 name=arm.joint_names[j],
                 unit="rad" if arm.revolute[j] else "m",
-                limits=(float(limits[j, 0]), float(limits[j, 1])) if np.isfinite(limits[j]).all() else None,
                 **asdict(each),
             )
             for j, each in enumerate(motions)
@@ -122,12 +117,12 @@ def short_names(paths: Sequence[str]) -> tuple[str, ...]:
 
 
 def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
-    """Return the ranges of the joints, and a table for each log; not on a screen."""
+    """Return a table of the motion of the joints for each log; not on a screen."""
     names = short_names([log.log for log in logs])
     moved = {name: log.joints for name, log in zip(names, logs, strict=True) if log.joints}
     if not moved:
         return []
-    parts: list[Part] = [Heading("Motion and joint ranges", file_only=True), range_plot(moved)]
+    parts: list[Part] = [Heading("Motion and joint ranges", file_only=True)]
     for name, joints in moved.items():
         units = dict.fromkeys(each.unit for each in joints)
         place, speed, rate = (", ".join(f"{each}{per}" for each in units) for per in ("", "/s", "/s^2"))
@@ -148,22 +143,3 @@ def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
             )
         )
     return parts
-
-
-def range_plot(logs: Mapping[str, Sequence[CheckJoint]]) -> Plot:
-    """Return a plot of the share of each joint's range in every log; of positions if a range is unknown."""
-    joints = next(iter(logs.values()))
-    limits = [each.limits for each in joints]
-    stated = all(each is not None for each in limits)
-    ends = np.array([each if each and stated else (0.0, 100.0) for each in limits])  # (n, 2)
-    series: dict[str, dict[int, tuple[float, float, float]]] = {}
-    for name, motions in logs.items():
-        seen = np.array([[each.low, 0.5 * (each.low + each.high), each.high] for each in motions])
-        low, middle, high = (100.0 * (seen - ends[:, :1]) / np.diff(ends)).T
-        placed = zip(middle.tolist(), low.tolist(), high.tolist(), strict=True)
-        series[name] = {each.joint: ends for each, ends in zip(motions, placed, strict=True)}
-    of = "as a share of the range that the model states" if stated else "as the model states no range for every joint"
-    unit = "% of range" if stated else ", ".join(dict.fromkeys(each.unit for each in joints))
-    caption = f"From the lowest to the highest position of each joint, {of}."
-    numbers, y = [each.joint for each in joints], f"Position [{unit}]"
-    return intervals_plot("Range of each joint", caption, y, numbers, series, zero=stated)

@@ -1,7 +1,6 @@
 """The result of a run or an identification: gains, their intervals, verdicts and reasons for refusals."""
 
 from collections.abc import Iterable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -37,7 +36,7 @@ from scenarios.rendering.content import (
     two_sigma,
     verdict,
 )
-from scenarios.rendering.plot import Plot, draw_bars, intervals_plot
+from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
@@ -218,7 +217,6 @@ class Result(DiagnosedResult):
         )
         if any(gain.identifiable for gain in gains):
             yield self._interval_plot()
-            yield self._share_plot()
         yield from every_check("Diagnoses", found)
         yield from horizon_fold(found, file_only=True)
         refused = [gain for gain in gains if gain.reason is not None]
@@ -351,21 +349,6 @@ class Result(DiagnosedResult):
             joints,
             {"Gain, 2 sigma": ends},
             zero=True,
-        )
-
-    def _share_plot(self) -> Plot:
-        found = [gain for gain in self.gains if gain.estimate is not None]
-        shares = {
-            words.capitalize(): {gain.joint: 200.0 * (gain.rel(name) or 0.0) for gain in found}
-            for name, words in SHARES.items()
-        }
-        return Plot(
-            title="Contributions to the intervals",
-            caption="Two standard deviations of each contribution; the half-width of the interval is the root of the "
-            "sum of their squares.",
-            x="Joint",
-            y="2 sigma [%]",
-            draw=partial(draw_bars, joints=[gain.joint for gain in self.gains], series=shares),
         )
 
 

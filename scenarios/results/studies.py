@@ -54,7 +54,6 @@ NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
 BINS, WORST = 40, 5
 MOST_CLAIMS = 500
 """Least number of estimated standard deviations in the mean density, if available."""
-INTERVALS = "Bars: 95 % intervals (Clopper and Pearson). Dashed:"
 TRIALS = (
     "Bias, std: mean and standard deviation of the error. Estimated std: rms of the standard deviations that "
     "the trials estimate, all contributions included. Within: trials with an error below 1 or 2 of these; "
@@ -117,31 +116,18 @@ class StudyResult(ResultModel):
         yield Paragraph(TRIALS)
         for kind, count in self.failures.items():
             yield Paragraph(f"{many(count, 'trial')} failed: {kind}.")
-        wanted = 100.0 * self.joints[0].wanted
         held = {
             joint.joint: in_percent(coverage_of(round(joint.cover_2 * joint.gains), joint.gains))
             for joint in self.joints
             if joint.cover_2 is not None
         }
-        joints = [joint.joint for joint in self.joints]
         yield intervals_plot(
             "Coverage of two estimated standard deviations",  # a gain without one is a miss
-            f"{INTERVALS} {100.0 * NORMAL:.1f} %, the nominal coverage.",
+            f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.",
             "Held [% of gains]",
-            joints,
+            [joint.joint for joint in self.joints],
             {"Within 2 sigma": held},
             limit=100.0 * NORMAL,
-        )
-        rates = {
-            each.joint: (100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in self.joints
-        }
-        yield intervals_plot(
-            "How often each joint passed",
-            f"{INTERVALS} {wanted:g} %, the required pass rate.",
-            "Passed [% of trials]",
-            joints,
-            {"Passed": rates},
-            limit=wanted,
         )
 
     def _verdict(self) -> Paragraph:

@@ -29,16 +29,16 @@ def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
     first.loc[391:, "identifiable"] = second["identifiable"] = False
     statistics = list(joint_statistics(pd.concat([first, second]), wanted=0.9, false_alarm=0.01))
     given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
-    coverage, passed = plots(StudyResult(joints=statistics, **given))
+    (coverage,) = plots(StudyResult(joints=statistics, **given))
+    (axes,) = coverage.figure().axes
+    (found,) = drawn_intervals(axes)
+    assert (len(axes.get_xticks()), list(found)) == (2, [4])
     held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
-    for plot, counts in ((coverage, {4: (held, 391)}), (passed, {4: (5, 411), 6: (1, 411)})):
-        (axes,) = plot.figure().axes
-        (found,) = drawn_intervals(axes)
-        assert (len(axes.get_xticks()), list(found)) == (2, list(counts))
-        for joint, (count, trials) in counts.items():
-            ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
-            assert found[joint] == pytest.approx((100 * count / trials, *(100 * ends)), rel=1e-9)
-    assert axes.lines[-1].get_ydata()[0] == 90.0
+    passed = [(each.pass_rate, each.pass_low, each.pass_high) for each in statistics]
+    shown = tuple(0.01 * each for each in found[4])
+    for interval, count, trials in ((shown, held, 391), (passed[0], 5, 411), (passed[1], 1, 411)):
+        ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
+        assert interval == pytest.approx((count / trials, *ends), rel=1e-9)
 
 
 def test_the_worst_trials_are_told_with_the_command_that_shows_the_first():

@@ -137,29 +137,26 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         )
     sources = sources_of(scenario)
     names = list(sources.columns)
+    plan = [(ALONE, NONE, 0), *((ALONE, name, k) for name in names for k in range(repeats))]
+    plan += [(ALONE, ALL, k) for k in range(TOGETHER * repeats)]
+    plan += [(SOBOL, source, k) for k in range(samples) for source in ("A", "B", *names)]
 
     def every(row: Array) -> dict[str, Array]:
         return {name: row[sources.columns[name]] for name in names}
 
     def trial(number: int) -> Trial:
-        index, sample = divmod(number - 1, repeats)
-        rest = number - 1 - (len(names) + TOGETHER) * repeats
-        if number == 0:
-            design, source, sample, on = ALONE, NONE, 0, dict[str, Array]()
-        elif index < len(names):
-            design, source = ALONE, names[index]
-            own = sources.columns[source]
-            on = {source: _uniform(own.stop - own.start, repeats, seed, 2 + index)[sample]}
-        elif rest < 0:
-            sample = rest + TOGETHER * repeats
-            design, source, on = ALONE, ALL, every(_uniform(sources.width, TOGETHER * repeats, seed, 1)[sample])
+        design, source, sample = plan[number]
+        own = sources.columns.get(source, slice(0, 0))
+        if source == NONE:
+            on = {}
+        elif source == ALL:
+            on = every(_uniform(sources.width, TOGETHER * repeats, seed, 1)[sample])
+        elif design == ALONE:
+            on = {source: _uniform(own.stop - own.start, repeats, seed, 2 + names.index(source))[sample]}
         else:
-            sample, column = divmod(rest, len(names) + 2)
-            design, source = SOBOL, ("A", "B", *names)[column]
             A, B = np.split(_uniform(2 * sources.width, samples, seed, 0)[sample], 2)
             row = B if source == "B" else A.copy()
-            if column > 1:
-                row[sources.columns[source]] = B[sources.columns[source]]
+            row[own] = B[own]
             on = every(row)
         switched = settings_with(sources, on)
         labels = dict(zip(LABELS, (design, source, str(sample)), strict=True))
@@ -168,7 +165,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
     return Study(
         kind="sensitivity",
         scenario=scenario,
-        count=1 + (len(names) + TOGETHER) * repeats + (len(names) + 2) * samples,
+        count=len(plan),
         trial=trial,
         schema=trial_schema(scenario, places_of(scenario.table.sources), LABELS),
         identity={"seed": seed, "repeats": repeats, "samples": samples},

@@ -49,8 +49,8 @@ Kind = Literal["run", "identification", "check", "bare"]
 Kept = TypeVar("Kept", bound=BaseModel)
 PLANNED = "payload.toml"
 """Name of the file of a planned payload."""
-GIVEN_GAINS = {".toml": "gains.toml", ".json": "gains.json"}
-"""Name of the file of given gains, by its ending."""
+GIVEN_GAINS = ("gains.toml", "gains.json")
+"""Names of the file of given gains."""
 
 
 class RecordFile(ProblemFile):
@@ -83,7 +83,7 @@ def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
 
 def saved_files(motions: int) -> tuple[str, ...]:
     """Return the names of files that `save_result` may write for a number of recordings."""
-    return (*motion_files(motions), PLANNED, *GIVEN_GAINS.values(), *MODELS, RESULT, ROWS, RECORD)
+    return (*motion_files(motions), PLANNED, *GIVEN_GAINS, *MODELS, RESULT, ROWS, RECORD)
 
 
 def save_result(
@@ -115,8 +115,9 @@ def save_result(
     if fit is not None:
         write_fit(fit, folder)
         written.append(ROWS)
-    given = None if believed is None else GIVEN_GAINS.get(believed.suffix.lower())
-    if believed is not None and given is not None:
+    given = None
+    if believed is not None:
+        given = GIVEN_GAINS[believed.suffix.lower() == ".json"]
         (folder / given).write_bytes(believed.read_bytes())
         written.append(given)
     options = cast("DataclassInstance | None", origin.options)

@@ -7,14 +7,13 @@ from pathlib import Path
 import pandas as pd
 from method_rows import told
 from quick import RANDOM as QUICK
-from quick import quick_scenario
+from quick import quick_scenario, two_sources
 from rich.console import Console
 from undiagnosed import undiagnosed
 
 from scenarios.benchmark.comparison import Comparison, compared
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.scenario_files import CATALOG
 from scenarios.experiments.study import Study, carry_out, monte_carlo, sensitivity
 from scenarios.experiments.workers import Workers
 
@@ -22,17 +21,6 @@ NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""
 RANDOM = QUICK.partition("[random.load]")[0]
 """Gains drawn."""
-SOURCES = """
-[sources.mass]
-target = "plant.payload.mass"
-distribution = "norm"
-parameters = { scale = 0.1 }
-apply = "add"
-[sources.white]
-target = "experiment.sensors.current_white"
-stream = "white"
-off = 0.0
-"""
 
 
 def scenario(folder: Path, more: str = "") -> str:
@@ -80,12 +68,8 @@ def study(folder: Path) -> Path:
 
 def budget(folder: Path) -> Path:
     """An error budget of two sources, of the smallest design that has Sobol indices."""
-    quick_scenario(folder)  # for its motion; `extends` would bring all sources of the scenario it extends along
-    nominal = (CATALOG / "nominal.toml").read_text().partition("# Error sources")[0]
-    assert 'motion = "drive-gains"' in nominal
-    text = nominal.replace('motion = "drive-gains"', 'motion = "short.toml"')
-    named = folder / "two.toml"
-    named.write_text(text + '[identification]\nmethod = "ls-2011"\n' + SOURCES)
+    quick_scenario(folder)  # for its motion
+    named = two_sources(folder, "short.toml")
     found = sensitivity(load_scenario(str(named)), repeats=2, samples=4, seed=0)
     return _carried_out(found, folder / "budget", ["sensitivity", str(named)])
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from plants import short_motion
 
 from scenarios.experiments.motions import write_motion
+from scenarios.experiments.scenario_files import CATALOG
 
 TEXT = """extends = "nominal"
 [experiment]
@@ -27,6 +28,19 @@ apply = "multiply"
 target = "plant.payload.mass"
 choice = [7.025, 7.0, 95.0]
 """
+SOURCES = """
+[identification]
+method = "ls-2011"
+[sources.mass]
+target = "plant.payload.mass"
+distribution = "norm"
+parameters = { scale = 0.1 }
+apply = "add"
+[sources.white]
+target = "experiment.sensors.current_white"
+stream = "white"
+off = 0.0
+"""
 SENSORS = "experiment.sensors."
 QUIET = {f"{SENSORS}{name}": 0.0 for name in ("encoder_quantum", "encoder_noise", "current_white", "current_coloured")}
 """Settings without noise."""
@@ -42,4 +56,13 @@ def quick_scenario(folder: Path, more: str = "", method: str = "ls-2011", lasts:
     write_motion(short_motion(lasts, 0.25), folder / "short.toml", [])
     path = folder / "quick.toml"
     path.write_text(TEXT.format(method=method) + more)
+    return path
+
+
+def two_sources(folder: Path, motion: str = "drive-gains") -> Path:
+    """`nominal` with two error sources of its own; `extends` would bring all sources of `nominal` along."""
+    nominal = (CATALOG / "nominal.toml").read_text().partition("# Error sources")[0]
+    assert 'motion = "drive-gains"' in nominal
+    path = folder / "two.toml"
+    path.write_text(nominal.replace('motion = "drive-gains"', f'motion = "{motion}"') + SOURCES)
     return path

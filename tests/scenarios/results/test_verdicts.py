@@ -24,33 +24,17 @@ from scenarios.results.gains_file import SLIDING, GainEntry, GainsFile
 
 
 def test_a_budget_begins_with_the_error_to_expect_what_meets_its_tolerance_and_what_dominates():
-    def found(tolerance: float, cause: str | None, **rms: float | None) -> list[tuple]:
-        return [(int(name[1]), each, tolerance, cause) for name, each in rms.items()]
-
-    slack = found(0.03, None, j2=0.005)
+    first, slack = (1, 0.022, 0.01, "white"), (2, 0.005, 0.03, None)
     for joints, text, mood in (
         (
-            found(0.01, "elasticity", j1=0.022, j2=0.0163) + found(0.01, "drift", j4=0.0178),
+            [(1, 0.022, 0.01, "elasticity"), (2, 0.0163, 0.01, "elasticity"), (4, 0.0178, 0.01, "drift")],
             "1.6 to 2.2 % rms; joints 1, 2 and 4 beyond 1 %; .* joints 1 and 2, drift dominates joint 4",
             Mood.BAD,
         ),
-        (
-            found(0.01, "white", j1=0.022) + found(0.03, "white", j2=0.005) + found(0.03, None, j3=None),
-            "joint 2 within tolerance; joints 1 and 3 beyond tolerance; white dominates joints 1 and 2",
-            Mood.DOUBTFUL,
-        ),
-        (
-            found(0.01, None, j1=0.022) + slack + found(0.03, None, j3=0.006),
-            "joints 2 and 3 within tolerance; joint 1 beyond",
-            Mood.DOUBTFUL,
-        ),
-        (
-            found(0.01, None, j1=0.022, j2=0.005, j3=0.022),
-            "joint 2 within 1 %; joints 1 and 3 beyond 1 %",
-            Mood.DOUBTFUL,
-        ),
-        (found(0.01, None, j1=0.005), "0.5 % rms; joint 1 within 1 %", Mood.GOOD),
-        (found(0.01, None, j1=None), "No joint has a gain", Mood.BAD),
+        ([first, slack, (3, None, 0.03, None)], "joint 2 within tolerance; joints 1 and 3 beyond", Mood.DOUBTFUL),
+        ([first, (2, 0.005, 0.01, None), (3, 0.022, 0.01, None)], "joint 2 within 1 %; joints 1 and 3", Mood.DOUBTFUL),
+        ([(1, 0.005, 0.01, None)], "0.5 % rms; joint 1 within 1 %", Mood.GOOD),
+        ([(1, None, 0.01, None)], "No joint has a gain", Mood.BAD),
     ):
         said = budget_verdict(joints)
         assert re.search(text, said.text)

@@ -1,31 +1,14 @@
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from quick import two_sources
 
 from scenarios.experiments.draws import settings_with, sources_of
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.scenario_files import CATALOG
-from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL, sensitivity, study_identity
 from scenarios.results.sensitivity import joint_budget, sobol_indices
 from scenarios.support.errors import ScenarioError
-
-
-def two_sources(folder: Path) -> Scenario:
-    path = folder / "two.toml"
-    names = "\n".join(
-        f'[sources.{name}]\ntarget = "{target}"\n{rest}'
-        for name, target, rest in (
-            ("mass", "plant.payload.mass", 'distribution = "norm"\nparameters = { scale = 0.1 }\napply = "add"'),
-            ("white", "experiment.sensors.current_white", 'stream = "white"\noff = 0.0'),
-        )
-    )
-    # `extends` would bring the sources of the scenario it extends along.
-    method = '[identification]\nmethod = "ls-2011"\n'
-    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + method + names)
-    return load_scenario(str(path))
 
 
 def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
@@ -42,7 +25,7 @@ def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
 
 
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
-    sources = sources_of(two_sources(tmp_path))
+    sources = sources_of(load_scenario(str(two_sources(tmp_path))))
     off = settings_with(sources, {}).settings
     heavy = settings_with(sources, {"mass": np.array([0.8])}).settings
     assert heavy["plant.payload.mass"] != off["plant.payload.mass"] == 7.025
@@ -53,7 +36,7 @@ def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
 
 
 def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
-    study = sensitivity(two_sources(tmp_path), repeats=4, samples=8, seed=3)
+    study = sensitivity(load_scenario(str(two_sources(tmp_path))), repeats=4, samples=8, seed=3)
     trials = [study.trial(number) for number in range(study.count)]
     labels = pd.DataFrame([trial.labels for trial in trials])
     counts = labels.value_counts(["design", "source"])
@@ -115,7 +98,7 @@ def made_up(trial) -> float:
 
 
 def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
-    study = sensitivity(two_sources(tmp_path), repeats=64, samples=256, seed=1)
+    study = sensitivity(load_scenario(str(two_sources(tmp_path))), repeats=64, samples=256, seed=1)
     budget = joint_budget(rows_of(study, made_up), 1, 0.03, ["mass", "white"], seed=0)
     mass, white = budget.costs
     assert (mass.source, white.source) == ("mass", "white")

@@ -107,40 +107,32 @@ def test_a_last_link_that_the_identification_sees_elsewhere_is_refused(tmp_path,
         check_same_payload(replace(found, translation=translation), arm)
 
 
-@pytest.mark.parametrize("name", ["ur10e", "stanford"])
-def test_standard_denavit_hartenberg_parameters_lead_to_the_last_link(name):
-    # As published: theta, d, a, alpha; a joint's own value is added to theta, or to d where it slides.
-    half = 0.5 * np.pi
-    tables = {
-        "ur10e": ([0] * 6, [0.1807, 0, 0, 0.17415, 0.11985], [0, -0.6127, -0.57155, 0, 0], [half, 0, 0, half, -half]),
-        "stanford": ([0, 0, -half, 0, 0], [0.412, 0.154, 0, 0, 0], [0] * 5, [-half, half, 0, -half, half]),
-    }
-    theta, d, a, alpha = tables[name]
-    arm = structure(robot(name), ()).arm
+HALF = 0.5 * np.pi
+TABLES = {  # theta, d, a, alpha; a joint's own value is added to theta, or to d where it slides
+    # As published, standard: the frame of a joint is behind it.
+    "ur10e": ([0] * 6, [0.1807, 0, 0, 0.17415, 0.11985], [0, -0.6127, -0.57155, 0, 0], [HALF, 0, 0, HALF, -HALF]),
+    "stanford": ([0, 0, -HALF, 0, 0], [0.412, 0.154, 0, 0, 0], [0] * 5, [-HALF, HALF, 0, -HALF, HALF]),
+    # Modified, of piper_sdk 0.6, C_PiperForwardKinematics, with the zeros of joints 2 and 3 of its description.
+    "piper": (
+        np.deg2rad([0, -172.22, -102.78, 0, 0, 0]),
+        [0.123, 0, 0, 0.25075, 0, 0.091],
+        [0, 0, 0.28503, -0.02198, 0, 0],
+        np.deg2rad([0, -90, 0, 90, -90, 90]),
+    ),
+}
+
+
+@pytest.mark.parametrize(("name", "atol"), [("ur10e", 1e-6), ("stanford", 1e-6), ("piper", 3e-4)])
+def test_published_denavit_hartenberg_parameters_lead_to_the_last_link(name, atol):
+    # Digits of the model file; of the piper's two descriptions 0.09 mm and 0.01 degrees.
+    arm, T = structure(robot(name), ()).arm, np.eye(4)
     q = np.array([0.3, -0.5, 0.7, 1.1, -0.4, 0.2])
-    T = np.eye(4)
-    for j in range(5):
+    for j, (theta, d, a, alpha) in enumerate(zip(*TABLES[name], strict=False)):
         turn, slide = (q[j], 0.0) if arm.revolute[j] else (0.0, q[j])
-        c, s, ca, sa = np.cos(theta[j] + turn), np.sin(theta[j] + turn), np.cos(alpha[j]), np.sin(alpha[j])
-        T = T @ np.array(
-            [[c, -s * ca, s * sa, a[j] * c], [s, c * ca, -c * sa, a[j] * s], [0, sa, ca, d[j] + slide], [0, 0, 0, 1]]
-        )
+        c, s, ca, sa = np.cos(theta + turn), np.sin(theta + turn), np.cos(alpha), np.sin(alpha)
+        own = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, d + slide], [0, 0, 0, 1]])
+        link = np.array([[1, 0, 0, a], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]])
+        T = T @ (link @ own if name == "piper" else own @ link)
     anchor, axis = joint_places(arm, q)
-    np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=1e-6)  # digits of the model file
-    np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=1e-6)
-
-
-def test_the_modified_denavit_hartenberg_parameters_of_its_maker_lead_to_the_piper_s_last_link():
-    # piper_sdk 0.6, C_PiperForwardKinematics, with the zeros of joints 2 and 3 that its description has.
-    alpha, a = np.deg2rad([0, -90, 0, 90, -90, 90]), [0, 0, 0.28503, -0.02198, 0, 0]
-    theta, d = np.deg2rad([0, -172.22, -102.78, 0, 0, 0]), [0.123, 0, 0, 0.25075, 0, 0.091]
-    q = np.array([0.3, 1.1, -0.7, 0.9, -0.4, 0.2])
-    T = np.eye(4)
-    for j in range(6):
-        c, s, ca, sa = np.cos(theta[j] + q[j]), np.sin(theta[j] + q[j]), np.cos(alpha[j]), np.sin(alpha[j])
-        T = T @ np.array(
-            [[c, -s, 0, a[j]], [s * ca, c * ca, -sa, -sa * d[j]], [s * sa, c * sa, ca, ca * d[j]], [0, 0, 0, 1]]
-        )
-    anchor, axis = joint_places(structure(robot("piper"), ()).arm, q)
-    np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=2e-4)  # 0.09 mm and 0.01 degrees between the two
-    np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=3e-4)
+    np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=atol)
+    np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=atol)

@@ -79,7 +79,7 @@ def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, caps
     assert line.endswith(". Move more slowly or carry less.")
     found = printed(capsys, "check", [*words], status=1)
     (clipped,) = [each for each in found["diagnoses"] if each["name"] == "clipping" and each["severity"] == "wrong"]
-    assert clipped["joints"] == [4]
+    assert (found["verdict"], clipped["joints"]) == ("wrong", [4])
     assert [Path(log).name for log in clipped["logs"]] == ["clipped.parquet"]
 
 

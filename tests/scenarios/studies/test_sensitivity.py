@@ -1,3 +1,6 @@
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +10,7 @@ from scenarios.experiments.draws import settings_with, sources_of
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.scenario_files import CATALOG
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL, sensitivity, study_identity
-from scenarios.results.sensitivity import joint_budget, sobol_indices
+from scenarios.results.sensitivity import Budget, joint_budget, sobol_indices
 from scenarios.support.errors import ScenarioError
 
 
@@ -125,7 +128,7 @@ def test_motions_that_a_source_chooses_from_are_part_of_the_study(tmp_path):
     assert study_identity(study) != before
 
 
-def test_a_source_without_a_single_gain_is_silent_and_the_method_s_own_error_is_counted_once():
+def test_a_source_without_a_single_gain_is_silent_and_the_method_s_own_error_is_counted_once(tmp_path):
     # Errors of 0.3 % without any source: each source's own bias is what it adds to that.
     rows = pd.DataFrame(
         [
@@ -138,3 +141,9 @@ def test_a_source_without_a_single_gain_is_silent_and_the_method_s_own_error_is_
     np.testing.assert_allclose(budget.summed, 0.003 + 0.010 - 0.007, rtol=1e-9)
     np.testing.assert_allclose([cost.share for cost in budget.costs], np.array([169, 16]) / 185, rtol=1e-12)
     assert joint_budget(rows.fillna(0.01), 2, 0.04, ["mass", "white", "load"], seed=0).silent == []
+    rows = pd.concat([rows.assign(joint=j) for j in range(1, 7)])
+    scenario = load_scenario(str(two_sources(tmp_path)))
+    limits = scenario.table.tolerance.model_copy(update={"gain": (0.01, 0.02, 0.03, 0.04, 0.05, 0.06)})
+    scenario = replace(scenario, table=scenario.table.model_copy(update={"tolerance": limits}))
+    whole = Budget.of(scenario, 5, SimpleNamespace(table=lambda _: rows), seed=0)
+    assert [(each.joint, each.tolerance) for each in whole.joints] == [(j, 0.01 * j) for j in range(1, 6)]  # not 6

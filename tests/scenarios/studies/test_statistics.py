@@ -8,7 +8,7 @@ from study_tables import normal_rows
 
 from scenarios import assert_scenario, load
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.statistics import COLUMNS, allowed_misses, joint_statistics
+from scenarios.experiments.statistics import COLUMNS, allowed_misses, by_joint, joint_statistics
 from scenarios.experiments.study_folder import study_folder
 from scenarios.experiments.trials import CONTRACT
 from scenarios.results.studies import StudyResult
@@ -90,6 +90,7 @@ def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_pa
                 # Sums in another order: rounding alone; the beta function's inverse is good to 1e-10.
                 rtol = 1e-9 if name in ("pass_low", "pass_high") else 1e-12
                 np.testing.assert_allclose(getattr(each, name), value, rtol=rtol, err_msg=f"{each.joint} {name}")
+    assert all((gains["claimed"] > 0.0).all() for _, _, gains in by_joint(found))  # also of negative gains
     assert StudyResult.of(load_scenario("nominal"), 5, found).failures == {"Saturated": 2, "WrongValue": 1}
 
 

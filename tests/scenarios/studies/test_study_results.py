@@ -75,6 +75,7 @@ def test_errors_are_a_density_beside_the_one_of_the_estimated_deviations():
     z = np.random.default_rng(4).normal(size=4000)
     (plot,) = error_plots(pd.concat([trial_rows(z, tolerance=0.03), trial_rows(np.zeros(5), joint=5)]))
     errors, estimated, *limits = plot.figure().axes[0].lines
+    assert [errors.get_label(), estimated.get_label()] == ["Errors", "Estimated"]
     x, y = errors.get_data()
     assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) == pytest.approx(1.0, rel=1e-9)
     np.testing.assert_allclose(estimated.get_ydata(), stats.norm.pdf(estimated.get_xdata(), scale=1.2), rtol=1e-9)

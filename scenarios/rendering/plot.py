@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from io import StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -30,29 +31,7 @@ LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
-SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
-    "svg.fonttype": "none",
-    "text.parse_math": False,
-    "font.size": 10.5,
-    "text.color": COLOURS["ink"],
-    "axes.labelcolor": COLOURS["ink"],
-    "axes.edgecolor": COLOURS["grid"],
-    "axes.facecolor": "none",
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.limits": (-4, 5),
-    "axes.linewidth": 1.0,
-    "grid.color": COLOURS["grid"],
-    "grid.linewidth": 0.7,
-    "xtick.color": COLOURS["grid"],
-    "ytick.color": COLOURS["grid"],
-    "xtick.labelcolor": COLOURS["ink"],
-    "ytick.labelcolor": COLOURS["ink"],
-    "legend.frameon": False,
-    "legend.fontsize": 9.5,
-    "legend.borderpad": 0.2,
-    "legend.columnspacing": 1.2,
-}
+STYLE = Path(__file__).with_name("page.mplstyle")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,11 +81,12 @@ class Plot:
         `number` distinguishes its identifiers from those of other plots on a page.
         """
         from cycler import cycler
-        from matplotlib import rc_context
+        from matplotlib import style
 
         colour, dashes, widths, _, _ = zip(*SERIES, strict=True)
         lines = cycler(color=[COLOURS[name] for name in colour], linestyle=dashes, linewidth=widths)
-        with rc_context({**SETTINGS, "axes.prop_cycle": lines, "svg.hashsalt": f"plot{number}"}):
+        own: Any = {"axes.prop_cycle": lines, "svg.hashsalt": f"plot{number}"}  # keys that stubs enumerate
+        with style.context([STYLE, own]):
             drawn = StringIO()
             self.figure().savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
         text = drawn.getvalue()

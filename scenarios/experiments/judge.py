@@ -142,9 +142,9 @@ def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping
     `true` has the base parameters of the arm, without friction, by name.
     """
 
-    def errors(name: str, outcome: GainsOutcome | None, moments: bool) -> dict[str, float]:
+    def errors(name: str, outcome: GainsOutcome | None, moments: bool) -> dict[str, float | None]:
         if outcome is None:
-            return {}
+            return {name: None, f"{name}_std": None}
         own = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
         size = np.linalg.norm([true[each.name] for each in own])
         off = np.linalg.norm([(each.value - true[each.name], each.std) for each in own], axis=0) / size

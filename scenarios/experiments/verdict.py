@@ -41,5 +41,5 @@ class ArmError(ResultModel):
         description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
-    found: float | None = Field(None, description="Relative error with the identified gains")
-    found_std: float | None = Field(None, description="Expected rms of this relative error")
+    found: float | None = Field(description="Relative error with the identified gains")
+    found_std: float | None = Field(description="Expected rms of this relative error")

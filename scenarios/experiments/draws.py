@@ -165,16 +165,11 @@ def _distribution(name: str) -> "scipy.stats.rv_continuous":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sources:
-    """The error sources of a scenario.
-
-    Attributes:
-        columns: Columns of each source, in the order of the tables, in a matrix of uniform numbers of all sources.
-        off: Settings that switch every source off.
-    """
+    """The error sources of a scenario."""
 
     scenario: Scenario
-    columns: Mapping[str, slice]
-    off: Mapping[str, Value]
+    columns: Mapping[str, slice]  # of each source, in the order of the tables, in a matrix of uniform numbers
+    off: Mapping[str, Value]  # settings that switch every source off
 
     @property
     def width(self) -> int:

@@ -36,22 +36,14 @@ LOGS_AT_ONCE = 3.2e7
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """One run of a scenario.
+    """One run of a scenario."""
 
-    Attributes:
-        number: Number of the trial, from 0.
-        seed: Seed of its noise, and of its random settings unless `settings` are given.
-        settings: Values by key path; None to draw the random values of the scenario.
-        streams: Seeds of single noise streams, by name, which replace those that follow from `seed`.
-        cost: Whether the effect of the controller's gains is estimated too, if the scenario has a table `cost`.
-    """
-
-    number: int = 0
-    seed: int
-    settings: Mapping[str, Value] | None = None
-    streams: Mapping[str, int] = field(default_factory=dict[str, int])
+    number: int = 0  # from 0
+    seed: int  # of its noise, and of its random settings unless `settings` are given
+    settings: Mapping[str, Value] | None = None  # by key path; None to draw the random values
+    streams: Mapping[str, int] = field(default_factory=dict[str, int])  # seeds of single noises, by name
     labels: Mapping[str, str] = field(default_factory=dict[str, str])
-    cost: bool = False
+    cost: bool = False  # whether the effect of the controller's gains is estimated, if the scenario asks for it
 
     def __post_init__(self) -> None:
         """Check the seed."""
@@ -178,8 +170,7 @@ def simulate_trials(
 ) -> Iterator[Simulated | Failure]:
     """Draw and simulate trials, in batches whose logs do not exceed `LOGS_AT_ONCE`, with at least one trial each.
 
-    Yields:
-        Every trial or its first error, in any order; one at a time, to save memory.
+    Yield every trial or its first error, in any order; one at a time, to save memory.
     """
     batch, size = list[Simulated](), 0.0
     for trial in trials:

@@ -198,21 +198,14 @@ def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) ->
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """All inputs for running a scenario, for any seed.
-
-    Attributes:
-        plants: The true plants, by mounting.
-        payloads: The assumed payloads, by mounting.
-        experiments: The motions, in order of time; empty if the robot has no motion yet.
-        check: One more motion, which is not used for identification; None without a table `cost`.
-    """
+    """All inputs for running a scenario, for any seed."""
 
     scenario: Scenario
-    plants: Mapping[str, Plant]
+    plants: Mapping[str, Plant]  # the true plants, by mounting
     structure: Structure
-    payloads: Mapping[str, Payload]
-    experiments: tuple[Experiment, ...] = ()
-    check: Experiment | None = None
+    payloads: Mapping[str, Payload]  # the assumed payloads, by mounting
+    experiments: tuple[Experiment, ...] = ()  # the motions, in order of time; empty if the robot has no motion yet
+    check: Experiment | None = None  # one more motion, not used for identification; None without a table `cost`
 
     @property
     def plant(self) -> Plant:

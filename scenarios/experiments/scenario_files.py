@@ -59,11 +59,9 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 
 
 def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
-    """Read a scenario merged with the scenarios that it extends.
+    """Read a scenario merged with those that it extends: the table, with paths relative to the file, and the file.
 
-    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative
-    to a folder, by default the working folder; `below` are files already being read, to detect circles. Raises
-    `ScenarioError` if a file is missing or not TOML, or `extends` is circular.
+    `below` are files already being read, to detect circles.
     """
     path = find_scenario(name, folder)
     if path in below:

@@ -296,17 +296,11 @@ class ScenarioTable(Table):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A named scenario.
+    """A named scenario."""
 
-    Attributes:
-        name: Name of the built-in scenario or of the file; for `scenario.toml`, of its folder.
-        folder: Folder of its file and of its motions.
-        table: Its content, with all numbers of drives and payloads stated.
-    """
-
-    name: str
-    folder: Path
-    table: ScenarioTable
+    name: str  # of the built-in scenario or the file; of `scenario.toml`, that of its folder
+    folder: Path  # of its file and its motions
+    table: ScenarioTable  # with all numbers of drives and payloads
 
 
 OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": "robot"}

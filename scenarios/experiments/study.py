@@ -56,21 +56,15 @@ LARGEST = 2**16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """Definition of a study: `count` trials of a scenario, each defined by its number.
+    """Definition of a study: `count` trials of a scenario, each defined by its number."""
 
-    Attributes:
-        kind: `monte-carlo`, `sensitivity`, `sweep` or `comparison`.
-        identity: Identity of the study besides kind and scenario; JSON values.
-        rows: Function that makes the rows of a trial, of which there are `rows_per_joint` for each joint.
-    """
-
-    kind: str
+    kind: str  # `monte-carlo`, `sensitivity`, `sweep` or `comparison`
     scenario: Scenario
     count: int
     trial: Callable[[int], Trial]
     schema: pa.Schema
-    identity: Mapping[str, object]
-    rows: MakeRows = judged_rows
+    identity: Mapping[str, object]  # of the study besides kind and scenario; JSON values
+    rows: MakeRows = judged_rows  # makes the rows of a trial, `rows_per_joint` for each joint
     rows_per_joint: int = 1
 
 
@@ -120,11 +114,7 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
     """Return the study of both designs: no source, each source alone, all together, Saltelli's matrices row by row.
 
-    Args:
-        scenario: The scenario with its `sources`.
-        repeats: Trials of each source alone, a power of 2 from 2 to `LARGEST`; all together get four times as many.
-        samples: Rows of the Sobol matrices, also a power of 2; the design has (sources + 2) times as many trials.
-        seed: Seed of both designs.
+    `repeats` (trials of each source alone) and `samples` (rows of the matrices) are powers of 2 up to `LARGEST`.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
@@ -185,8 +175,7 @@ def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
     """Run the missing trials of a study and write them part by part; existing trials of the same study are kept.
 
-    Rows do not depend on the workers. The record states the user's command; progress is shown on a console on
-    stderr.
+    The record states the user's command; progress is shown on a console on stderr.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)

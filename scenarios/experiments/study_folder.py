@@ -138,10 +138,9 @@ def _write(path: Path, content: bytes, unfinished: Path) -> None:
 def study_folder(
     path: Path, identity: Mapping[str, object], *, count: int, command: str, rows_per_trial: int
 ) -> Generator[StudyFolder]:
-    """Open a new or existing study folder, locked for other processes.
+    """Open a new or existing study folder, locked for other processes; refuse that of another study.
 
-    The identity of a study (kind, scenario, seeds) has JSON values. The record keeps the largest number of trials
-    requested so far, and the command.
+    The record keeps the largest number of trials requested so far, and the command.
     """
     path = path.absolute()
     try:

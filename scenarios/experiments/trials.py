@@ -109,11 +109,7 @@ class Task:
 
 
 def run_task(task: Task) -> pa.Table:
-    """Simulate trials, many in one batch, identify and judge each, on one thread.
-
-    Returns:
-        The rows in the order of the trials; they do not depend on the division into batches.
-    """
+    """Simulate trials, many in one batch, identify and judge each, on one thread; return their rows in order."""
     here = versions() if task.versions else {}
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:

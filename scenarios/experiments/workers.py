@@ -64,32 +64,21 @@ P = ParamSpec("P")
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Workers that run tasks.
+    """Workers that run tasks."""
 
-    Attributes:
-        open: Creates an executor; called again after a dying worker has broken the last one.
-        count: Returns the current number of workers; raises `ScenarioError` if they are no longer reachable.
-        died: Exceptions of a task's future if its worker has died.
-        close: Shuts down an executor without waiting for its tasks.
-    """
-
-    open: Callable[[], Executor]
-    count: Callable[[], int]
-    died: type[Exception] = BrokenExecutor
+    open: Callable[[], Executor]  # creates an executor; again after a dying worker has broken the last one
+    count: Callable[[], int]  # current number of workers; raises `ScenarioError` if they are no longer reachable
+    died: type[Exception] = BrokenExecutor  # exceptions of a task's future if its worker has died
     close: Callable[[Executor], None] = lambda executor: executor.shutdown(wait=False, cancel_futures=True)
 
 
 def completed(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
 ) -> Generator[tuple[Task, Result | ScenarioError]]:
-    """Run a function on every task, which workers take as they become free; both must be picklable.
+    """Run a picklable function on every task, which workers take as they become free.
 
-    Yields:
-        Each task with its result, or `WorkerDied` or `WorkerFailed`, in order of completion.
-
-    Raises:
-        ScenarioError: As the function; if the workers are unreachable or cannot import the function; if the first tasks
-            are all abandoned.
+    Yield each task with its result, or `WorkerDied` or `WorkerFailed`, as they end; raise `ScenarioError` as it does,
+    if the workers are unreachable or cannot import it, and if the first tasks are all abandoned.
     """
     queue, suspects = iter(tasks), deque[Task]()
     returned, given_up, alone, pending = 0, 0, False, True

@@ -18,15 +18,10 @@ RENDERERS = {
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Properties of the output.
+    """Properties of the output."""
 
-    Attributes:
-        width: Characters per line, None for unlimited lines.
-        colour: Whether assessments are shown in colours.
-    """
-
-    width: int | None = None
-    colour: bool = False
+    width: int | None = None  # characters per line, None for unlimited lines
+    colour: bool = False  # whether assessments are shown in colours
 
 
 def renderer(name: str) -> Callable[[Report, Page], str]:

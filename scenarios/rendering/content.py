@@ -34,18 +34,12 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of a table.
-
-    Attributes:
-        unit: Unit of its numbers, empty if dimensionless.
-        words: Whether it has words, which are left-aligned, instead of numbers, which are right-aligned.
-        file_only: Whether it is omitted on a screen.
-    """
+    """A column of a table."""
 
     title: str
-    unit: str = ""
-    words: bool = False
-    file_only: bool = False
+    unit: str = ""  # of its numbers, empty if dimensionless
+    words: bool = False  # left-aligned, numbers right-aligned
+    file_only: bool = False  # omitted on a screen
 
     @property
     def heading(self) -> str:
@@ -59,23 +53,14 @@ VERDICT = Column(title="Verdict", words=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A table.
+    """A table."""
 
-    Attributes:
-        title: One line above it, empty for none.
-        columns: Headings; the first columns identify a row.
-        rows: Cells, one tuple per row.
-        shown: Number of rows shown on a screen, 0 for a table that is shown only on request; None for all.
-        rest: Text on a screen instead of the other rows.
-        file_only: Whether it is too large for a screen.
-    """
-
-    title: str = ""
-    columns: tuple[Column, ...]
+    title: str = ""  # one line above it
+    columns: tuple[Column, ...]  # the first ones identify a row
     rows: tuple[tuple[Cell, ...], ...]
-    shown: int | None = None
-    rest: str = ""
-    file_only: bool = False
+    shown: int | None = None  # number of rows on a screen, 0 for a table shown only on request; None for all
+    rest: str = ""  # text on a screen instead of the other rows
+    file_only: bool = False  # too large for a screen
 
     @property
     def keys(self) -> int:
@@ -128,18 +113,12 @@ Part = Paragraph | Line | Heading | Table | Plot | Picture
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The report of a result: texts, tables and plots.
-
-    Attributes:
-        parts: The parts in order, the verdict first, if there is one.
-        document: The result for programs, as JSON values.
-        mood: Assessment of a title that is the verdict.
-    """
+    """The report of a result: texts, tables and plots."""
 
     title: str
-    parts: tuple[Part, ...]
-    document: Mapping[str, object]
-    mood: Mood = Mood.PLAIN
+    parts: tuple[Part, ...]  # in order, the verdict first, if there is one
+    document: Mapping[str, object]  # the result for programs, as JSON values
+    mood: Mood = Mood.PLAIN  # of a title that is the verdict
 
     @property
     def in_full(self) -> "Report":

@@ -36,23 +36,15 @@ STYLE = Path(__file__).with_name("page.mplstyle")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plot:
-    """A plot.
-
-    Attributes:
-        caption: Explanation in one or two sentences, including omitted data.
-        x, y: Labels of the axes: quantity and unit.
-        draw: Draws on axes of Matplotlib, as many as `heights`.
-        wide: Whether it is along time, and wide.
-        heights: Heights of axes with one x axis, from the top [pixel].
-    """
+    """A plot."""
 
     title: str
-    caption: str
-    x: str
+    caption: str  # one or two sentences, including omitted data
+    x: str  # label of the axis: quantity and unit
     y: str
-    draw: Callable[..., None]
-    wide: bool = False
-    heights: tuple[int, ...] = (180,)
+    draw: Callable[..., None]  # draws on axes of Matplotlib, as many as `heights`
+    wide: bool = False  # along time
+    heights: tuple[int, ...] = (180,)  # of axes with one x axis, from the top [pixel]
 
     @property
     def alternative(self) -> str:

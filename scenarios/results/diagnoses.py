@@ -74,10 +74,7 @@ def diagnosed_values(found: Diagnosed) -> dict[str, Any]:
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
-    """Return a paragraph for each diagnosis that is not good or was requested, the worst first.
-
-    It states severity, logs, finding, and advice or indistinguishable faults.
-    """
+    """Return a paragraph for each diagnosis that is not good or was requested, the worst first."""
     several, parts = len({log for each in found.diagnoses for log in each.logs}) > 1, list[Paragraph]()
     for each in found.reported:
         logs = [PurePath(log).name for log in each.logs] if several else []

@@ -40,24 +40,14 @@ TORQUES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fit:
-    """Rows of an estimate, for plots.
+    """Rows of an estimate, for plots."""
 
-    Attributes:
-        joint, motion: Numbers of each row's joint and motion, from 1, shape (r,); joint after joint.
-        rows: Columns of the rows, shape (r,): time `t` since the start of the first log, without pauses between logs
-            [s], `time` in the log at the middle of the row's filter [s], current `v` and its `residual` [drive units],
-            `q` and `dq` of the joint.
-        still: Time intervals near reversals whose samples are removed, start and end [s], by joint from 1.
-        motions: Motion of the joints in each log, or in each part between gaps.
-        begins: Start time of each motion on the time axis, and end of the last one [s].
-    """
-
-    joint: Indices
-    motion: Indices
-    rows: Mapping[str, Array]
-    still: Mapping[int, Sequence[tuple[float, float]]]
-    motions: tuple[CheckLog, ...]
-    begins: tuple[float, ...]
+    joint: Indices  # number of each row's joint, from 1, shape (r,); joint after joint
+    motion: Indices  # number of each row's motion, from 1, shape (r,)
+    rows: Mapping[str, Array]  # `COLUMNS` of the rows, shape (r,)
+    still: Mapping[int, Sequence[tuple[float, float]]]  # intervals near reversals without rows [s], by joint
+    motions: tuple[CheckLog, ...]  # of the joints in each log, or part between gaps
+    begins: tuple[float, ...]  # start of each motion, end of the last one [s]
 
 
 def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
@@ -150,10 +140,9 @@ def torque_plot(
     starts: Sequence[tuple[str, float]],
     still: Sequence[tuple[float, float]] = (),
 ) -> Plot:
-    """Return the plot of measured and reconstructed torque of a joint, from 0, and of the residual.
+    """Return the plot of measured and reconstructed torque of a joint, from 0, and of the residual; arrays (r,).
 
-    Arrays have shape (r,); the lines are interrupted where rows are removed or a motion ends. `starts` has names of
-    motions with their start times [s], and `still` the time intervals near reversals [s].
+    Lines are interrupted where rows are removed or a motion ends; `starts` and `still` are times on the axis [s].
     """
     intervals = np.diff(t)
     gaps = np.flatnonzero((intervals > GAP * np.median(intervals)) | (np.diff(motion) > 0)) + 1

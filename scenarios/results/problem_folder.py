@@ -82,21 +82,16 @@ class ProblemFile(Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GivenProblem:
-    """Motions of an arm, and how its gains are identified: the input of a method, and the origin of a result.
-
-    Attributes:
-        flange: Last body of the arm, None if all joints of the model belong to it.
-        options: Options of the method, a dataclass.
-    """
+    """Motions of an arm, and how its gains are identified: the input of a method, and the origin of a result."""
 
     model: Path
-    flange: str | None = None
+    flange: str | None = None  # last body of the arm, None if all joints belong to it
     arm: Arm
     motions: Sequence[Motion]
     observing: ObserveOptions
     gains: GainOptions
     method: str | None = None
-    options: object | None = None
+    options: object | None = None  # of the method, a dataclass
 
     @property
     def folder(self) -> Path:

@@ -53,6 +53,7 @@ MODULES = {
         "Run": (
             "experiments.run",
             "experiments.judge",
+            "experiments.verdict",
             "experiments.trials",
             "experiments.loaded_scenario",
         ),
@@ -65,6 +66,7 @@ MODULES = {
         "Studies": (
             "experiments.study",
             "experiments.statistics",
+            "results.studies",
             "results.sensitivity",
         ),
         "Folders that are left": ("results.run_folder", "experiments.study_folder", "results.problem_folder"),

@@ -73,16 +73,11 @@ class JointStatistics(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coverage:
-    """Coverage of an interval.
+    """Coverage of an interval."""
 
-    Attributes:
-        share: Share of intervals that contain the true value, of trials with a gain and a standard deviation.
-        low, high: Ends of the 95 % interval of that share (Clopper and Pearson).
-    """
-
-    share: float
-    low: float
-    high: float
+    share: float  # share of intervals that contain the true value, of trials with a gain and a standard deviation
+    low: float  # lower end of the 95 % interval of that share (Clopper and Pearson)
+    high: float  # upper end of the interval of that share
 
 
 def coverage(held: Mask) -> Coverage | None:

@@ -27,17 +27,11 @@ from scenarios.results.diagnoses import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CheckJoint(JointMotion):
-    """Motion of a joint in a log.
+    """Motion of a joint in a log."""
 
-    Attributes:
-        joint: Number of the joint, from 1.
-        name: Name of the joint in the robot's model.
-        unit: Unit of its positions.
-    """
-
-    joint: int
-    name: str = ""
-    unit: Literal["rad", "m"] = "rad"
+    joint: int  # number of the joint, from 1
+    name: str = ""  # name of the joint in the robot's model
+    unit: Literal["rad", "m"] = "rad"  # unit of its positions
 
 
 class CheckLog(ResultModel):

@@ -6,10 +6,11 @@ a full one (`scenarios.support.texts`).
 """
 
 import json
+import re
 from collections.abc import Generator
 from dataclasses import is_dataclass
 from importlib import import_module
-from inspect import cleandoc
+from inspect import cleandoc, getsource
 from typing import Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -69,6 +70,7 @@ class PayloadFile(BaseModel):
 
 COMPLETE = ("DrawTable", "SourceTable")
 """Tables that an extending file must state in full."""
+COMMENT = re.compile(r"^    (\w+): [^#\n]*  # (.+)$", re.MULTILINE)
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -80,7 +82,7 @@ def schema(name: str) -> dict[str, Any]:
     classes = {each.__name__: each for each in _classes(model)}
     for title, table in [(found["title"], found), *found.get("$defs", {}).items()]:
         if title in classes:
-            docs = {k: v for each in reversed(classes[title].__mro__) for k, v in attribute_docs(each).items()}
+            docs = {k: v for each in reversed(classes[title].__mro__) for k, v in _field_docs(each).items()}
             table["description"] = cleandoc(classes[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
             for key, value in table.get("properties", {}).items():
                 if key in docs:  # joints count from 1 in JSON (`scenarios.rendering.result.FromOne`)
@@ -91,6 +93,12 @@ def schema(name: str) -> dict[str, Any]:
             if table.get("title") not in COMPLETE:
                 table.pop("required", None)  # omitted keys are those of the extended scenario
     return {"$schema": DIALECT, **found}
+
+
+def _field_docs(kind: type) -> dict[str, str]:
+    """Return descriptions of fields: of the docstring, or of a dataclass beside them."""
+    beside = COMMENT.findall(getsource(kind)) if is_dataclass(kind) else []
+    return {name: text[0].upper() + text[1:] for name, text in beside} | attribute_docs(kind)
 
 
 def _classes(kind: object) -> Generator[type]:

@@ -110,7 +110,7 @@ class Board:
         if "refused" in found:
             return [{"estimate": None, "std": None, "identifiable": False} for _ in source["published"]]
         if method == self.methods[0]:
-            stated, value, std = (found["cost"]["payload"][0][key] for key in ("stated", "a_priori", "a_priori_std"))
+            stated, value, std = (found["cost"]["payload"][0][key] for key in ("stated", "assumed", "assumed_std"))
             self.rows["weights"].append([each["name"], "published", "-", stated, interval(value, std)])
         return found["gains"]
 
@@ -163,7 +163,7 @@ def draw(drawn: dict[str, np.ndarray], method: str, path: Path) -> None:
     for k, (name, points) in enumerate(drawn.items()):
         axis.errorbar(np.arange(1, len(points) + 1) + 0.12 * k, *points.T, fmt="o", capsize=3, label=name)
     axis.axhline(1.0, color="0.6", linewidth=0.8)
-    axis.set(xlabel="Joint", ylabel="Gain over published gain", title=f"{method}, 2 sigma")
+    axis.set(xlabel="Joint", ylabel="Identified over published gain", title=f"{method}, 2 sigma")
     axis.legend(frameon=False)
     figure.savefig(path, dpi=130)
 

@@ -22,12 +22,12 @@ def main(words: Sequence[str]) -> None:
     stated = stated_gains(arm, list(map(float, sheet)))
     believed = outcome_of_other_gains(found.prepared.problem, stated, None, found.estimate)
     weight, together = believed.weighed.payload.mass, believed.weighed.together
-    print(f"payload {weight:.3f} kg; with data-sheet gains {together.mass:.3f} ± {2 * together.std:.3f} kg")
+    print(f"payload {weight:.3f} kg; with assumed gains {together.mass:.3f} ± {2 * together.std:.3f} kg")
     gains = zip(found.joints, believed.gains.value, found.gain.tolist(), believed.weighed.joints, strict=True)
     for joint, stated, gain, alone in gains:
-        said = "refused" if gain is None else f"identified {gain:.4f}, ratio {stated / gain:.3f}"
+        said = "refused" if gain is None else f"identified {gain:.4f}, ratio {gain / stated:.3f}"
         weighs = alone.reason if alone.mass is None else f"mass from this joint {alone.mass:.3f} kg"
-        print(f"{joint.joint}: data sheet {stated:.4f}, {said}; {weighs}")
+        print(f"{joint.joint}: assumed {stated:.4f}, {said}; {weighs}")
 
 
 if __name__ == "__main__":

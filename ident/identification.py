@@ -241,7 +241,7 @@ def check(
     """Check recordings of one arm, with the same or different payloads: as `identify`, but faults are reported.
 
     `loaded` states whether each recording has the mounted or planned `payload`, None if unknown; `about` are
-    nominal gains [N m / drive unit], shape (n,). With `undelay`, a common delay of the currents is estimated and
+    assumed gains [N m / drive unit], shape (n,). With `undelay`, a common delay of the currents is estimated and
     compensated. `links` are the standard parameters of the model's links, shape (n, 10), for a test of the gains.
     Raises `RecordingError` if the number of joints of a recording is not that of the arm.
     """

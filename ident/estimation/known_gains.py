@@ -132,10 +132,10 @@ def check_comparable(gains: KnownGains, other: KnownGains) -> None:
     for joint, value, stated in _in_both(gains, other):
         if stated * value < 0.0:
             raise GainsError(
-                f"gains to compare with: joint {joint + 1}: {stated:g}, but its gain is {value:.4g}; give both the "
+                f"assumed gains: joint {joint + 1}: {stated:g}, but its gain is {value:.4g}; give both the "
                 "same sign, that of torque over current"
             )
-    check_unit(gains, other, "gains to compare with")
+    check_unit(gains, other, "assumed gains")
 
 
 def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
@@ -161,7 +161,7 @@ def same_joint(number: int, one: str, other: str) -> bool:
 
 
 def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
-    """Return data-sheet gains of all joints of an arm [N m / drive unit], shape (n,), taken as exact.
+    """Return assumed gains of all joints of an arm [N m / drive unit], shape (n,), taken as exact.
 
     Raises:
         GainsError: If there is not one per joint, or one is zero or not finite.

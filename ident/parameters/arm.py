@@ -98,7 +98,7 @@ class GainRatios:
         return ratio_refusal(float(self.rel_std[joint]), self.max_rel_std, self.reference)
 
     def against(self, believed: KnownGains) -> dict[int, tuple[float, float]]:
-        """Return ratios g_j / g_r over those of a-priori gains, minus 1, with standard deviations, by joint from 0.
+        """Return ratios g_j / g_r over those of assumed gains, minus 1, with standard deviations, by joint from 0.
 
         The deviations include those of the given gains; it is empty if these have no gain of the reference joint.
         """

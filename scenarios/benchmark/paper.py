@@ -1,6 +1,6 @@
 """Gautier and Briot (2011), section IV, on the simulated robot: cases 1 to 3 and the second payload.
 
-    case 1   a-priori gains, all 1
+    case 1   assumed gains, all 1
     case 2   gains of joints 1 to 4 identified (eq. 27), joints 5 and 6 left at 1 as in the paper
     case 3   those of case 2 with 20 % error on joints 1 to 4: -20 %, +20 %, +20 %, -20 %
 
@@ -246,7 +246,7 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     unloaded, loaded, second = (observe(recording, setup.structure, chosen.observe) for recording in recordings)
     gains = joint_by_joint_gains(pair(unloaded, loaded, first, chosen.gains)).joints
     n = len(gains)
-    prior, found, std = np.ones(n), np.ones(n), np.zeros(n)  # a refused joint keeps its a-priori gain
+    prior, found, std = np.ones(n), np.ones(n), np.zeros(n)  # a refused joint keeps its assumed gain
     for j, joint in enumerate(gains[:IDENTIFIED]):
         if isinstance(joint, IdentifiedGain):
             found[j], std[j] = joint.value, joint.std

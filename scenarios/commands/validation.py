@@ -26,7 +26,7 @@ def verify_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_model_arguments(parser, needed=False)
     inputs.add_gains_argument(parser, needed=False, text="gains to test with the payload's known mass")
     inputs.add_motion_arguments(parser)
-    text = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
+    text = "assumed gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
     text = "Predicted with the gains of --gains; with --compare-with, status 1 unless these predict it better."
     inputs.add_unseen_arguments(parser, text)
@@ -171,7 +171,7 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     inputs.add_gains_argument(parser, needed=True)
-    text = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without it, "
+    text = "assumed gains, on which the effort limits of MODEL are based, same format; without it, "
     add("--nominal", type=arguments.gains_file, metavar="N", help=f"{text}efforts stay unchanged")
     text = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=text)

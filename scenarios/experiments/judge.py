@@ -1,7 +1,7 @@
 """`judge`: compare an estimate with the true values. The only module that uses both.
 
 With a table `cost` it also compares the effect of the controller's gains: an additional payload, the arm and its torque
-are estimated with the a-priori and with the identified gains. The arm is identified from the bare motions. Its torque,
+are estimated with the assumed and with the identified gains. The arm is identified from the bare motions. Its torque,
 with the payload, is predicted on the first loaded motion, from which the gains were identified.
 """
 
@@ -81,20 +81,20 @@ MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostVerdict:
-    """Results with a-priori and with identified gains (`found`, None if there are none), compared with the true values.
+    """Results with assumed and with identified gains (`found`, None if there are none), compared with the true values.
 
     Attributes:
         true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
-        torque_a_priori, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
+        torque_assumed, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
             drive torque, by joint from 0, with either gains; joints without a gain are omitted.
         tolerance: Largest relative error of the mass that passes, with the identified gains.
     """
 
-    a_priori: GainsOutcome
+    assumed: GainsOutcome
     found: GainsOutcome | None
     true: Mapping[str, float]
     arm: tuple[ArmError, ...]
-    torque_a_priori: Mapping[int, float]
+    torque_assumed: Mapping[int, float]
     torque_found: Mapping[int, float]
     tolerance: float
 
@@ -118,25 +118,25 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
     options = own if isinstance(own, AllJointsOptions) else PLAIN
     estimate = all_joints_gains(replace(weighing, motions=(*weighing.motions[:-1], motion)), options)
     gains = stated_gains(setup.structure.arm, table.belief.controller_gain), estimated_gains(found.estimate)
-    a_priori, identified = (
+    assumed, identified = (
         gains_outcome(weighing, exact, each, options, estimate) if len(each.joints) else None for each in gains
     )
-    assert a_priori is not None, "the controller has a gain for every joint"
+    assert assumed is not None, "the controller has a gain for every joint"
     links = nominal_links(plant.robot.model, plant.robot.flange).whole
     true_base = base.regrouping @ base.standard(links, {"Ia": plant.drives.rotor_inertia})
     other = next(each for each in problem.motions if each.payload is not None)
     return CostVerdict(
-        a_priori=a_priori,
+        assumed=assumed,
         found=identified,
         true=dict(zip(UNITS, (weight.mass, *weight.com, *weight.inertia), strict=True)),
-        arm=arm_errors(a_priori, identified, dict(zip(base.names, true_base.tolist(), strict=True))),
-        torque_a_priori=_torque_errors(a_priori, setup.true_gain, other),
+        arm=arm_errors(assumed, identified, dict(zip(base.names, true_base.tolist(), strict=True))),
+        torque_assumed=_torque_errors(assumed, setup.true_gain, other),
         torque_found={} if identified is None else _torque_errors(identified, setup.true_gain, other),
         tolerance=table.cost.mass_error,
     )
 
 
-def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[ArmError, ...]:
+def arm_errors(assumed: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[ArmError, ...]:
     """Return the errors of the arm's first moments and of its other inertial parameters.
 
     `true` has the base parameters of the arm, without friction, by name.
@@ -152,7 +152,7 @@ def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping
 
     return tuple(
         ArmError.model_validate(
-            {"quantity": kind, **errors("a_priori", a_priori, moments), **errors("found", found, moments)}
+            {"quantity": kind, **errors("assumed", assumed, moments), **errors("found", found, moments)}
         )
         for kind, moments in ((MOMENTS, True), (INERTIAS, False))
     )

@@ -272,7 +272,7 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
 class NamedRobot:
     """A robot of a command line.
 
-    `gain` are a-priori gains [N m / drive unit], None if unknown; `flange` is the last body of the arm, None if all
+    `gain` are assumed gains [N m / drive unit], None if unknown; `flange` is the last body of the arm, None if all
     joints of the model file belong to it.
     """
 

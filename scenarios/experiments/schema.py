@@ -180,7 +180,7 @@ class BeliefTable(Table):
     """Values that controller and identification assume.
 
     Attributes:
-        controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
+        controller_gain: Assumed gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
             the identification model has only these, whatever the robot has.
         payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS`, of which mass, centre and inertia are taken as

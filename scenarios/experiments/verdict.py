@@ -37,9 +37,9 @@ class ArmError(ResultModel):
     """Identifiable parameters of the arm, all of one kind."""
 
     quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
-    a_priori: float = Field(
-        description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
+    assumed: float = Field(
+        description="Relative error with the assumed gains: norm of the error over norm of the true parameters"
     )
-    a_priori_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
+    assumed_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
     found: float | None = Field(description="Relative error with the identified gains")
     found_std: float | None = Field(description="Expected rms of this relative error")

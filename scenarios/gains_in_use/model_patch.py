@@ -45,7 +45,7 @@ class Value(NamedTuple):
 Known = Value | str
 """A number, or the reason why there is none."""
 JointValues = Mapping[str, Known]
-"""Positive values of a joint: `effort`, the ratio of identified to data-sheet gain without sign; `damping`, viscous
+"""Positive values of a joint: `effort`, the ratio of identified to assumed gain without sign; `damping`, viscous
 friction [N m s/rad or N s/m]; `friction`, Coulomb friction [N m or N]; `armature`, inertia of rotor and gear, joint
 side [kg m^2 or kg]."""
 Place = tuple[str, ET.Element | None, str, str | None]

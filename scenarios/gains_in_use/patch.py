@@ -40,7 +40,7 @@ from scenarios.results.problem_folder import read_json
 from scenarios.support.errors import ScenarioError
 from sim.tables import fault_of
 
-NO_NOMINAL = "no data-sheet gains are given (--nominal)"
+NO_NOMINAL = "no assumed gains are given (--nominal)"
 NO_BARE = "no identification of bare motions is given (--arm)"
 SAME = 1e-6
 """Largest difference due to rounding in a file: of frames, in metres or of unit vectors, and of gains, relative."""
@@ -59,7 +59,7 @@ LACKS = (
 )
 AS_IT_IS = (
     "A copy with friction alone predicts better than the unchanged model, so this comparison does not test the gains. "
-    "Give --nominal to compare them with the data-sheet gains."
+    "Give --nominal to compare them with the assumed gains."
 )
 DRAWN = (
     "The copy has the links of MODEL, so the gains are tested against the link masses in that file. To test them "
@@ -82,7 +82,7 @@ def joint_values(
 ) -> dict[str, JointValues]:
     """Return the identified values of every joint by its name, of those with a relative deviation of at most `most`.
 
-    `nominal` are the data-sheet gains on which the efforts in the model are based. Raises `GainsError` if gains are
+    `nominal` are the assumed gains on which the efforts in the model are based. Raises `GainsError` if gains are
     not of this arm, `ScenarioError` if the bare motions are not.
     """
     arm = structure.arm
@@ -115,7 +115,7 @@ def joint_values(
             return NO_NOMINAL if nominal is None else str(gain)
         old = _gain(nominal.gains[j])
         if isinstance(old, str):
-            return f"the data sheet has no gain of joint {j + 1}"
+            return f"--nominal has no gain of joint {j + 1}"
         return limited(Value(abs(gain.value / old.value), gain.rel_std))
 
     def friction(j: int, name: str) -> BareParameter | str:
@@ -230,7 +230,7 @@ class Patched(ResultModel):
         description="Whether the copy was written; a copy that does not predict better than the model needs --force",
     )
     against_nominal: bool = Field(
-        default=False, description="Whether the copy is compared with one of data-sheet gains, not with the model as is"
+        default=False, description="Whether the copy is compared with one of assumed gains, not with the model as is"
     )
     unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 

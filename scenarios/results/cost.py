@@ -1,4 +1,4 @@
-"""Effect of a-priori gains: results with these, with the identified gains, and true or weighed values."""
+"""Effect of assumed gains: results with these, with the identified gains, and true or weighed values."""
 
 from collections.abc import Callable, Iterable, Sequence
 from operator import itemgetter
@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # not needed by a process that only identifies
 SHOWN = 7
 """Mass, centre and moments of inertia; the products of inertia are only in files."""
 STATED = (
-    "Intervals with a-priori gains include the errors of these gains only if their standard deviations are specified."
+    "Intervals with assumed gains include the errors of these gains only if their standard deviations are specified."
 )
 JUDGED = (
     f"The payload was not used for identification. {STATED} Errors of the arm and of torques are norms, in % of "
@@ -47,10 +47,8 @@ class CostQuantity(ResultModel):
     unit: str = Field(description="Unit of the values")
     true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
     stated: float | None = Field(description="Specified value, null if not specified, in `unit`")
-    a_priori: float | None = Field(description="Estimate with the a-priori gains, in `unit`")
-    a_priori_std: float | None = Field(
-        description="Standard deviation, in `unit`, without errors of the a-priori gains"
-    )
+    assumed: float | None = Field(description="Estimate with the assumed gains, in `unit`")
+    assumed_std: float | None = Field(description="Standard deviation, in `unit`, without errors of the assumed gains")
     found: float | None = Field(
         description="Estimate with the identified gains, in `unit`; null where these come from the same recordings"
     )
@@ -61,22 +59,22 @@ class CostJoint(ResultModel):
     """A single joint: its gains, the mass of the payload from it alone, its predicted torque."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
-    a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is specified")
+    assumed_gain: float | None = Field(description="Assumed gain [N m / drive unit], null where none is specified")
     gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
-    rel_difference: float | None = Field(description="Ratio of a-priori to identified gain, minus one; null without")
-    a_priori_mass: float | None = Field(description="Mass with its a-priori gain; null if not identifiable [kg]")
-    a_priori_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    rel_change: float | None = Field(description="Ratio of identified to assumed gain, minus one; null without")
+    assumed_mass: float | None = Field(description="Mass with its assumed gain; null if not identifiable [kg]")
+    assumed_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
     found_mass: float | None = Field(description="Mass with the identified gain [kg]")
     found_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
-    a_priori_torque_error: float | None = Field(
-        description="Relative error of the torque of arm and payload on another motion, predicted with the a-priori "
+    assumed_torque_error: float | None = Field(
+        description="Relative error of the torque of arm and payload on another motion, predicted with the assumed "
         "gains; null if the torque is unknown"
     )
     found_torque_error: float | None = Field(description="Relative error of that torque with the identified gains")
 
 
 class ResultCost(ResultModel):
-    """Results with a-priori and with identified gains."""
+    """Results with assumed and with identified gains."""
 
     payload: list[CostQuantity] = Field(description="The payload, from all joints together")
     joints: list[CostJoint] = Field(description="One entry per joint, in order")
@@ -86,21 +84,21 @@ class ResultCost(ResultModel):
 
     @classmethod
     def of(
-        cls, a_priori: GainsOutcome, joints: Sequence[JointResult], judged: "CostVerdict | None" = None
+        cls, assumed: GainsOutcome, joints: Sequence[JointResult], judged: "CostVerdict | None" = None
     ) -> "ResultCost":
-        """Return the results with a-priori gains beside those with the identified gains of `joints`.
+        """Return the results with assumed gains beside those with the identified gains of `joints`.
 
         Without a verdict, the payload is the one that the gains were identified with.
         """
-        found, payload = None if judged is None else judged.found, a_priori.weighed.payload
+        found, payload = None if judged is None else judged.found, assumed.weighed.payload
         shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
         curves = {j: each.curve for j, each in enumerate(joints) if isinstance(each, IdentifiedGain) and each.curve}
-        believed = a_priori.gains.at_currents_of(curves).by_joint
+        believed = assumed.gains.at_currents_of(curves).by_joint
 
         def both(name: str, of: Callable[[GainsOutcome], tuple[float | None, float | None]]) -> dict[str, float | None]:
-            (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (a_priori, found))
-            numbers = {f"a_priori{name}": one, f"a_priori{name}_std": one_std}
+            (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (assumed, found))
+            numbers = {f"assumed{name}": one, f"assumed{name}_std": one_std}
             return numbers | {f"found{name}": two, f"found{name}_std": two_std}
 
         def in_body(name: str, outcome: GainsOutcome) -> tuple[float | None, float | None]:
@@ -111,11 +109,11 @@ class ResultCost(ResultModel):
             own, gain = believed.get(j), joint.value if isinstance(joint, IdentifiedGain) else None
             return CostJoint(
                 joint=j + 1,
-                a_priori_gain=own,
+                assumed_gain=own,
                 gain=gain,
-                rel_difference=None if own is None or gain is None else own / gain - 1.0,
+                rel_change=None if own is None or gain is None else gain / own - 1.0,
                 **both("_mass", lambda outcome: (outcome.weighed.joints[j].mass, outcome.weighed.joints[j].std)),
-                a_priori_torque_error=None if judged is None else judged.torque_a_priori.get(j),
+                assumed_torque_error=None if judged is None else judged.torque_assumed.get(j),
                 found_torque_error=None if judged is None else judged.torque_found.get(j),
             )
 
@@ -135,43 +133,43 @@ class ResultCost(ResultModel):
         )
 
     def parts(self, unit: str = "N m/unit") -> Iterable[Part]:
-        """Results with a-priori and with identified gains; `unit` is that of the gains."""
+        """Results with assumed and with identified gains; `unit` is that of the gains."""
         judged = self.passed is not None
         yield self._verdict()
 
         def row(each: CostQuantity) -> tuple[str, ...]:
-            numbers = each.a_priori, _twice(each.a_priori_std), each.found, _twice(each.found_std)
+            numbers = each.assumed, _twice(each.assumed_std), each.found, _twice(each.found_std)
             true = each.true if judged else each.stated
             unit, (before, wide, after, narrow, true) = in_unit(each.unit, *numbers, true)
             pairs = (before, wide), (wide, wide), (after, narrow), (narrow, narrow), (true, narrow if judged else wide)
             return f"payload: {each.quantity}", *(rounded(*pair) for pair in pairs), unit
 
         last = "True" if judged else "Specified"
-        titles = ("With the gains", "A-priori", "2 sigma", "Identified", "2 sigma", last, "Unit")
+        titles = ("With the gains", "Assumed", "2 sigma", "Identified", "2 sigma", last, "Unit")
         columns: list[ColumnOf[tuple[str, ...]]] = [
             column(titles[k], itemgetter(k), words=k in (0, 6)) for k in range(7) if judged or k not in (3, 4)
         ]
-        title = "Results with a-priori gains" + (" and with identified gains" if judged else "")
+        title = "Results with assumed gains" + (" and with identified gains" if judged else "")
         yield table(map(row, self.payload), *columns, title=title, shown=SHOWN, rest="products of inertia")
         if self.arm:
             yield table(
                 self.arm,
                 column("Error of", lambda each: each.quantity, words=True),
-                column("A-priori [%]", lambda each: percent(each.a_priori, ".1f")),
-                column("2 sigma [%]", lambda each: two_sigma(each.a_priori_std, ".1f")),
+                column("Assumed [%]", lambda each: percent(each.assumed, ".1f")),
+                column("2 sigma [%]", lambda each: two_sigma(each.assumed_std, ".1f")),
                 column("Identified [%]", lambda each: percent(each.found, ".1f")),
                 column("2 sigma [%]", lambda each: two_sigma(each.found_std, ".1f")),
             )
         alone: list[ColumnOf[CostJoint]] = [
             column("Joint", lambda each: each.joint),
-            column(f"A-priori gain [{unit}]", lambda each: number(each.a_priori_gain, ".4f")),
+            column(f"Assumed gain [{unit}]", lambda each: number(each.assumed_gain, ".4f")),
             column(f"Identified gain [{unit}]", lambda each: number(each.gain, ".4f"), file_only=True),
-            column("Difference [%]", lambda each: percent(each.rel_difference, "+.1f")),
-            column("Mass,\na-priori [kg]", lambda each: number(each.a_priori_mass, ".3f")),
-            column("2 sigma [kg]", lambda each: number(_twice(each.a_priori_mass_std), ".3f")),
-            column("Mass,\nidentified [kg]", lambda each: number(each.found_mass, ".3f")),
+            column("Identified,\nrelative [%]", lambda each: percent(each.rel_change, "+.1f")),
+            column("Mass by\nassumed gain [kg]", lambda each: number(each.assumed_mass, ".3f")),
+            column("2 sigma [kg]", lambda each: number(_twice(each.assumed_mass_std), ".3f")),
+            column("Mass by\nidentified gain [kg]", lambda each: number(each.found_mass, ".3f")),
             column("2 sigma [kg]", lambda each: number(_twice(each.found_mass_std), ".3f")),
-            column("Torque\nerror,\na-priori [%]", lambda each: percent(each.a_priori_torque_error, ".1f")),
+            column("Torque\nerror,\nassumed [%]", lambda each: percent(each.assumed_torque_error, ".1f")),
             column("Torque\nerror,\nidentified [%]", lambda each: percent(each.found_torque_error, ".1f")),
         ]
         said = ", and the torque predicted on the loaded motion" if judged else ""
@@ -189,8 +187,8 @@ class ResultCost(ResultModel):
             change = two_digits(100.0 * ((mass or 0.0) / weight - 1.0), sign="+")
             return "no mass" if mass is None else f"{mass:.3f} kg ({change} %)"
 
-        said = f"he payload of {weight:g} kg: with the a-priori gains {off(mass.a_priori)}"
-        alone = {each.joint: (each.a_priori_mass, each.a_priori_mass_std or 0.0) for each in self.joints}
+        said = f"he payload of {weight:g} kg: with the assumed gains {off(mass.assumed)}"
+        alone = {each.joint: (each.assumed_mass, each.assumed_mass_std or 0.0) for each in self.joints}
         beyond = {j: abs(found - weight) - 2.0 * std for j, (found, std) in alone.items() if found is not None}
         if beyond:
             worst = max(beyond, key=beyond.__getitem__)

@@ -141,7 +141,7 @@ class Result(DiagnosedResult):
     fit: ResultFit = Field(description="Quality of the fit")
     timing: ResultTiming = Field(description="Wall times")
     notes: list[str] = Field(default_factory=list[str], description="What the method selected, and remarks")
-    cost: ResultCost | None = Field(None, description="Results with a-priori gains, null if not requested")
+    cost: ResultCost | None = Field(None, description="Results with assumed gains, null if not requested")
     unseen: FromOne[Unseen] | None = Field(None, description="Prediction of an unseen motion, null if none is given")
 
     @classmethod
@@ -164,7 +164,7 @@ class Result(DiagnosedResult):
             ],
             "payload": [each.model_copy(update={"true": true.get(each.parameter)}) for each in result.payload],
             "timing": ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
-            "cost": None if cost is None else ResultCost.of(cost.a_priori, run.estimate.joints, cost),
+            "cost": None if cost is None else ResultCost.of(cost.assumed, run.estimate.joints, cost),
         }
         return result.model_copy(update=known)
 
@@ -173,7 +173,7 @@ class Result(DiagnosedResult):
         cls,
         found: Identification,
         identify_s: float,
-        a_priori: GainsOutcome | None = None,
+        assumed: GainsOutcome | None = None,
         unseen: Unseen | None = None,
     ) -> "Result":
         """Return the result of an identification, without true values. `identify_s` is a wall time [s]."""
@@ -190,7 +190,7 @@ class Result(DiagnosedResult):
             fit=ResultFit.model_validate(estimate),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             notes=list(found.notes),
-            cost=None if a_priori is None else ResultCost.of(a_priori, estimate.joints),
+            cost=None if assumed is None else ResultCost.of(assumed, estimate.joints),
             unseen=unseen,
             **diagnosed_values(found.found),
         )
@@ -201,7 +201,7 @@ class Result(DiagnosedResult):
         return all(gain.true is not None for gain in self.gains)
 
     def parts(self) -> Iterable[Part]:
-        """Verdict, gains, meaning of units and interval, findings, refusals, effect of the a-priori gains, plots."""
+        """Verdict, gains, meaning of units and interval, findings, refusals, effect of the assumed gains, plots."""
         found, unit, gains = self.found, common_unit([gain.unit for gain in self.gains]), self.gains
         yield self._conclusion() if self.judged else self._summary()
         yield from unseen_verdict(self.unseen)
@@ -229,7 +229,7 @@ class Result(DiagnosedResult):
             yield Heading("A motion that was not used in any fit", file_only=True)
             yield from unseen_parts(self.unseen)
         if self.cost is not None:
-            yield Heading("Effect of a-priori gains", file_only=True)
+            yield Heading("Effect of assumed gains", file_only=True)
             yield from self.cost.parts(unit)
 
     def _conclusion(self) -> Paragraph:
@@ -319,8 +319,8 @@ class Result(DiagnosedResult):
         )
 
     def _interval_plot(self) -> Plot:
-        """Return the plot of errors with tolerances; without true gains, of gains relative to a-priori ones if any."""
-        nominal = {} if self.cost is None else {each.joint: each.a_priori_gain for each in self.cost.joints}
+        """Return the plot of errors with tolerances; without true gains, of gains relative to assumed ones if any."""
+        nominal = {} if self.cost is None else {each.joint: each.assumed_gain for each in self.cost.joints}
         stated, joints = any(nominal.values()), [gain.joint for gain in self.gains]  # a refused one is empty
         ends, allowed = dict[int, tuple[float, float, float]](), dict[int, tuple[float, float, float]]()
         for gain in self.gains:
@@ -341,7 +341,7 @@ class Result(DiagnosedResult):
                 joints,
                 {"Error, 2 sigma": ends, "Tolerance": allowed},
             )
-        of = "the a-priori gain" if stated else "the gain"
+        of = "the assumed gain" if stated else "the gain"
         return intervals_plot(
             f"Interval of each gain, relative to {of}",
             f"Bar: {bar} Refused joints have no number.",

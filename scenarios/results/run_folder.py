@@ -66,7 +66,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     if run.check is not None and run.cost is not None:
         more += [f"{CHECK}.parquet", payload_file(CHECK)]
         write_recording(run.check, folder / more[1])
-        write_payload(run.cost.a_priori.weighed.payload, folder / more[2], comment=schema_line("payload"))
+        write_payload(run.cost.assumed.weighed.payload, folder / more[2], comment=schema_line("payload"))
     drives, bodies = setup.experiments[0].plant.drives, {name: asdict(x) for name, x in setup.true_payloads.items()}
     truth = {
         "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},

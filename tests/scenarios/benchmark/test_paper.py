@@ -69,7 +69,7 @@ def test_cases_use_the_gains_they_say(repeated, found):
         assert case["M"].estimate == repeated.estimates[name]["M"].value
     assert (found.cases[0]["M"].true, found.second_payload["M"].true) == (7.025, 4.275)
     mass = repeated.estimates["second payload"]["M"]
-    assert mass.gain_std > 0.1 * mass.residual_std  # that of the identified gains counts, that of a-priori ones is 0
+    assert mass.gain_std > 0.1 * mass.residual_std  # that of the identified gains counts, that of assumed ones is 0
     np.testing.assert_allclose(found.second_payload["M"].std, np.hypot(mass.residual_std, mass.gain_std), rtol=1e-12)
     assert found.cases[1]["M"].std == repeated.estimates["case 2"]["M"].residual_std
 

@@ -36,19 +36,19 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
         None,
         [],
     )
-    alone = [each["a_priori_mass"] for each in cost["joints"]]
+    alone = [each["assumed_mass"] for each in cost["joints"]]
     # Joints 2 and 3 weigh by their own gains, to what their intervals, of some percent, leave.
     np.testing.assert_allclose(alone[1:3], weight.mass * np.array([1.25, 0.8]), rtol=0.03)
     for given, each, gain in zip(map(float, sheet.split(",")), cost["joints"], result["gains"], strict=True):
         assert each["gain"] == gain["estimate"]
-        assert each["a_priori_gain"] == given
+        assert each["assumed_gain"] == given
         if gain["identifiable"]:
-            assert each["rel_difference"] == given / gain["estimate"] - 1.0
-    assert mass["a_priori"] != pytest.approx(weight.mass, rel=0.01)
+            assert each["rel_change"] == gain["estimate"] / given - 1.0
+    assert mass["assumed"] != pytest.approx(weight.mass, rel=0.01)
     assert read_result(tmp_path / "saved", Result).cost.model_dump(mode="json") == cost
     assert main([*words, "--compare-with", sheet]) == 0
     out = capsys.readouterr().out
-    assert "Results with a-priori gains" in out
+    assert "Results with assumed gains" in out
     assert "The identified gains reproduce this mass, as they were identified with it." in out
     assert re.search(r"kg \(\+2[3-8] %\) from joint 2 alone", out)
 
@@ -59,11 +59,11 @@ def test_a_gains_file_says_the_same_as_its_numbers_and_its_deviations_count(weig
     assert main([*words, str(weighed_cell / "other.json")]) == 0
     by_file = printed(capsys, "result")["cost"]
     third = by_file["joints"][2]
-    np.testing.assert_allclose(third["rel_difference"], 0.2, rtol=1e-6)
+    np.testing.assert_allclose(third["rel_change"], 1.0 / 1.2 - 1.0, rtol=1e-6)
     assert main([*words, listed(weighed_cell, (1.0, 1.0, 1.2, 1.0, 1.0, 1.0))]) == 0
     by_numbers = printed(capsys, "result")["cost"]
-    np.testing.assert_allclose(third["a_priori_mass"], by_numbers["joints"][2]["a_priori_mass"], rtol=1e-2)
-    assert third["a_priori_mass_std"] > by_numbers["joints"][2]["a_priori_mass_std"]
+    np.testing.assert_allclose(third["assumed_mass"], by_numbers["joints"][2]["assumed_mass"], rtol=1e-2)
+    assert third["assumed_mass_std"] > by_numbers["joints"][2]["assumed_mass_std"]
 
 
 FAULTS = {

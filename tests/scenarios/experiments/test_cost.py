@@ -17,7 +17,7 @@ from scenarios.results.pages import page_of
 pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
 WEIGHT = 4.275
 BELIEVED = 1.0 / np.array([1.2, 0.8, 1.2, 0.8, 1.2])
-"""A-priori over true gains of joints 1 to 5, whose loads show the weight."""
+"""Assumed over true gains of joints 1 to 5, whose loads show the weight."""
 COST = '\n[cost]\npayload = "4.275 kg"\n'
 
 
@@ -30,29 +30,27 @@ def test_an_unseen_weight_is_right_with_the_gains_found_and_wrong_with_those_bel
     cost = judged.cost
     assert judged.passed
     assert abs(cost.found.weighed.together.mass / WEIGHT - 1.0) < 0.02  # five deviations
-    for a_priori, found, expected in zip(
-        cost.a_priori.weighed.joints, cost.found.weighed.joints, BELIEVED, strict=False
-    ):
+    for assumed, found, expected in zip(cost.assumed.weighed.joints, cost.found.weighed.joints, BELIEVED, strict=False):
         # A joint alone weighs by its own gain. The interval, five deviations, is what its noise allows.
-        assert abs(a_priori.mass / WEIGHT - expected) < 5.0 * a_priori.rel_std
-        assert abs(a_priori.mass / WEIGHT - 1.0) > 0.14  # 17 and 25 %, less the noise
+        assert abs(assumed.mass / WEIGHT - expected) < 5.0 * assumed.rel_std
+        assert abs(assumed.mass / WEIGHT - 1.0) > 0.14  # 17 and 25 %, less the noise
         assert abs(found.mass / WEIGHT - 1.0) < 0.02
         assert abs(found.rel_error) < 5.0 * found.rel_std
     # All joints together: what is 17 % too little and what is 25 % too much cancel in part, and the interval of the
     # mass does not tell. It is off by 5 to 8 % on ten seeds.
-    off = cost.a_priori.weighed.together
+    off = cost.assumed.weighed.together
     assert -0.10 < off.rel_error < -0.03
 
 
 def test_the_torque_of_another_motion_is_predicted_with_the_gains_found_alone(judged):
     cost = judged.cost
-    a_priori = [cost.torque_a_priori[j] for j in range(5)]
+    assumed = [cost.torque_assumed[j] for j in range(5)]
     found = [cost.torque_found[j] for j in range(5)]
-    assert min(a_priori) > 0.08
+    assert min(assumed) > 0.08
     assert max(found) < 0.03  # the noise of the currents is 1.5 %
     assert 5 not in cost.torque_found  # joint 6 is refused
     errors = {each.quantity: each for each in cost.arm}
-    assert errors[INERTIAS].a_priori > 0.2 > 0.15 > errors[INERTIAS].found
+    assert errors[INERTIAS].assumed > 0.2 > 0.15 > errors[INERTIAS].found
     # The motion hardly tells the first moments of link 2 from the offset of joint 2: their interval says so.
     assert errors[MOMENTS].found < 3.0 * errors[MOMENTS].found_std
 
@@ -70,7 +68,7 @@ def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
     assert {each.quantity: each.found < 0.02 for each in judged.cost.arm} == {MOMENTS: True, INERTIAS: True}
     # Nothing but the gains is wrong: g v of a joint is predicted as much too small or large as its gain makes the arm,
     # less what the weight, stated in kg, adds of the true size.
-    assert min(judged.cost.torque_a_priori.values()) > 0.05
+    assert min(judged.cost.torque_assumed.values()) > 0.05
 
 
 def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
@@ -78,11 +76,11 @@ def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
     own = dict(zip(names, found.arm.in_si()[0].tolist(), strict=True))
     for doubled, expected in ((True, (0.5, 0.0)), (False, (0.0, 0.5))):
         true = {name: value * (2.0 if (name[0] == "M") is doubled else 1.0) for name, value in own.items()}
-        arm = arm_errors(judged.cost.a_priori, found, true)
+        arm = arm_errors(judged.cost.assumed, found, true)
         assert tuple(each.found for each in arm) == pytest.approx(expected, abs=1e-12)  # rounding of the norm
         for outcome, errors in (
             (found, [(each.found, each.found_std) for each in arm]),
-            (judged.cost.a_priori, [(each.a_priori, each.a_priori_std) for each in arm]),
+            (judged.cost.assumed, [(each.assumed, each.assumed_std) for each in arm]),
         ):
             for moments, error in zip((True, False), errors, strict=True):
                 listed = [each for each in outcome.arm.inertial if (each.name[0] == "M") is moments]
@@ -117,7 +115,7 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     gains = tmp_path / "gains.toml"
     assert main(["run", str(path), "--seed", "3", "--save", str(loose), "--gains-out", str(gains)]) == 1
     out = capsys.readouterr().out
-    assert "FAILED: the payload of 4.275 kg: with the a-priori gains" in out
+    assert "FAILED: the payload of 4.275 kg: with the assumed gains" in out
     result = json.loads((loose / "result.json").read_text())
     fits(result, "result")
     assert [result["passed"], result["cost"]["passed"], result["cost"]["tolerance"]] == [False, False, 1e-7]
@@ -132,6 +130,6 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     together = json.loads(capsys.readouterr().out)["together"]
     np.testing.assert_allclose(together["mass"], mass["found"], rtol=1e-9)
     parts = page_of(loose).parts
-    (at,) = [k for k, part in enumerate(parts) if getattr(part, "text", "") == "Effect of a-priori gains"]
+    (at,) = [k for k, part in enumerate(parts) if getattr(part, "text", "") == "Effect of assumed gains"]
     _, errors, *_ = (part for part in parts[at:] if isinstance(part, Table))
     assert [row[0].text for row in errors.rows] == [MOMENTS, INERTIAS]

@@ -148,7 +148,7 @@ def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(wei
     of_robot = "gains: of robot ur10e, but the model is of rx90; if both are one arm, write robot = 'rx90'"
     bare = ["--model", MODEL, "--unloaded", str(run / "unloaded.parquet")]
     weighed = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
-    turned = "gains to compare with: joint 3: -1.1, but its gain is"
+    turned = "assumed gains: joint 3: -1.1, but its gain is"
     for words, message in (
         (with_other(patching, "--gains", stranger), of_robot),
         ([*patching, "--nominal", stranger], of_robot),

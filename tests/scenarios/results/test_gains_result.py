@@ -48,7 +48,7 @@ FOUND = Diagnosed(
     undetectable_together=("whether q4 is negated",),
 )
 MASS = CostQuantity(
-    quantity="mass", unit="kg", true=None, stated=7.0, a_priori=6.5, a_priori_std=0.1, found=None, found_std=None
+    quantity="mass", unit="kg", true=None, stated=7.0, assumed=6.5, assumed_std=0.1, found=None, found_std=None
 )
 REFUSED = RefusedGain(joint="j", reason="too light", predicted_rel_std=0.35)
 
@@ -159,7 +159,7 @@ def test_plots_show_two_deviations_in_percent_of_the_gain():
     # hypot(0.012, 0.02 * 0.8) = 0.02, of which two: 5 % of 0.8.
     assert intervals_of(plot) == [{2: pytest.approx((0.0, -5.0, 5.0), abs=1e-9)}]
     rest = dict.fromkeys(CostJoint.model_fields)
-    joints = [CostJoint(**{**rest, "joint": j, "a_priori_gain": gain}) for j, gain in ((1, 3.0), (2, -0.5))]
+    joints = [CostJoint(**{**rest, "joint": j, "assumed_gain": gain}) for j, gain in ((1, 3.0), (2, -0.5))]
     cost = ResultCost.model_construct(joints=joints, payload=[MASS], arm=[], tolerance=None, passed=None)
     plot = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain")
     assert intervals_of(plot) == [{2: pytest.approx((60.0, 52.0, 68.0), rel=1e-9)}]
@@ -258,48 +258,48 @@ def outcome(mass: float, std: float, *alone: tuple[float, float], gains: tuple[f
     return SimpleNamespace(weighed=weighed, gains=known)
 
 
-def test_gains_are_compared_with_a_priori_ones_at_the_same_current():
+def test_gains_are_compared_with_assumed_ones_at_the_same_current():
     mine, its = (
         GainCurve(current=each, largest=9.0, slope=0.03, by_sign=0.02, covariance=((0.0,) * 3,) * 2) for each in (4, 7)
     )
-    a_priori = outcome(5.6, 0.12, (5.9, 0.2), gains=(2.0,))
-    a_priori.gains = replace(a_priori.gains, curves={0: its})
-    (joint,) = ResultCost.of(a_priori, (replace(identified(1.7, 0.02), curve=mine),)).joints
-    np.testing.assert_allclose(joint.rel_difference, 2.0 * 1.09 / 1.7 - 1.0, rtol=1e-12)
+    assumed = outcome(5.6, 0.12, (5.9, 0.2), gains=(2.0,))
+    assumed.gains = replace(assumed.gains, curves={0: its})
+    (joint,) = ResultCost.of(assumed, (replace(identified(1.7, 0.02), curve=mine),)).joints
+    np.testing.assert_allclose(joint.rel_change, 1.7 / (2.0 * 1.09) - 1.0, rtol=1e-12)
 
 
 def test_estimates_with_either_gains_keep_their_own_deviations():
     joints = (identified(0.8, 0.02), RefusedGain(joint="b", reason="light", predicted_rel_std=None))
-    a_priori = outcome(5.6, 0.12, (5.9, 0.2), (4.1, 0.3), gains=(1.0, 1.1))
-    arm = SimpleNamespace(quantity="inertias of the arm", a_priori=0.3, a_priori_std=0.11, found=0.05, found_std=0.02)
+    assumed = outcome(5.6, 0.12, (5.9, 0.2), (4.1, 0.3), gains=(1.0, 1.1))
+    arm = SimpleNamespace(quantity="inertias of the arm", assumed=0.3, assumed_std=0.11, found=0.05, found_std=0.02)
     verdict = SimpleNamespace(
         found=outcome(5.02, 0.03, (5.1, 0.07), (4.9, 0.09), gains=(0.8,)), arm=(arm,), tolerance=0.02, passed=True,
-        torque_a_priori={0: 0.21}, torque_found={0: 0.013}, true=dict.fromkeys(NAMES, 4.97),
+        torque_assumed={0: 0.21}, torque_found={0: 0.013}, true=dict.fromkeys(NAMES, 4.97),
     )  # fmt: skip
-    cost = ResultCost.of(a_priori, joints, verdict)
+    cost = ResultCost.of(assumed, joints, verdict)
     mass = cost.payload[0]
-    assert (mass.a_priori, mass.a_priori_std, mass.found, mass.found_std) == (5.6, 0.12, 5.02, 0.03)
+    assert (mass.assumed, mass.assumed_std, mass.found, mass.found_std) == (5.6, 0.12, 5.02, 0.03)
     assert (mass.true, mass.stated) == (4.97, 5.0)
     first, second = cost.joints
-    np.testing.assert_allclose(first.rel_difference, 1.0 / 0.8 - 1.0, rtol=1e-12)
-    assert (second.gain, second.rel_difference) == (None, None)
-    assert (first.a_priori_torque_error, first.found_torque_error) == (0.21, 0.013)
+    np.testing.assert_allclose(first.rel_change, 0.8 / 1.0 - 1.0, rtol=1e-12)
+    assert (second.gain, second.rel_change) == (None, None)
+    assert (first.assumed_torque_error, first.found_torque_error) == (0.21, 0.013)
     said, weights, errors, alone, _ = cost.parts("N m/unit")
     # The joint whose mass is off by most beyond two deviations: 4.97 - 4.1 - 0.6 and 5.9 - 4.97 - 0.4.
     assert said.text == (
-        "PASSED: the payload of 4.97 kg: with the a-priori gains 5.600 kg (+13 %) from all joints, 5.900 kg (+19 %) "
+        "PASSED: the payload of 4.97 kg: with the assumed gains 5.600 kg (+13 %) from all joints, 5.900 kg (+19 %) "
         "from joint 1 alone; with identified gains 5.020 kg (+1 %), tolerance 2 %."
     )
     for table, row in (
         (weights, ["payload: mass", "5.60", "0.24", "5.020", "0.060", "4.970", "kg"]),
         (errors, ["inertias of the arm", "30.0", "22.0", "5.0", "4.0"]),
-        (alone, ["1", "1.0000", "0.8000", "+25.0", "5.900", "0.400", "5.100", "0.140", "21.0", "1.3"]),
+        (alone, ["1", "1.0000", "0.8000", "-20.0", "5.900", "0.400", "5.100", "0.140", "21.0", "1.3"]),
     ):
         assert [cell.text for cell in table.rows[0]] == row
-    same = ResultCost.of(a_priori, joints)
+    same = ResultCost.of(assumed, joints)
     assert (same.passed, same.payload[0].true, same.payload[0].found) == (None, None, None)
     said, weights, alone, _ = same.parts("N m/unit")
-    assert said.text.startswith("The payload of 5 kg: with the a-priori gains 5.600 kg (+12 %)")
+    assert said.text.startswith("The payload of 5 kg: with the assumed gains 5.600 kg (+12 %)")
     assert [cell.text for cell in weights.rows[0]] == ["payload: mass", "5.60", "0.24", "5.00", "kg"]
     assert len(alone.columns) == 6
 
@@ -311,3 +311,12 @@ def test_an_identification_prints_its_gains_with_two_deviations_its_refusals_and
     assert one == "  joint 1: 0.8 +- 0.04 N (m)/unit"
     assert two == "  joint 2: too light"
     assert last == "  weak: the zero of q3 is off by 2 degrees"
+
+
+def test_chart_and_table_show_the_same_change_from_the_assumed_gains():
+    found, assumed = identified(-0.8, 0.02), outcome(5.6, 0.12, (5.9, 0.2), gains=(-1.25,))
+    result = result_of(found, cost=ResultCost.of(assumed, (found,)))
+    (ends,) = intervals_of(plot_of(result, "Interval of each gain"))
+    (row,) = tables(result)[-1].rows
+    assert ends[1][0] == pytest.approx(-36.0, rel=1e-12)  # 0.8 / 1.25 - 1
+    assert row[3].text == "-36.0"

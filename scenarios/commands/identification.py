@@ -115,7 +115,7 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     inputs.add_gains_argument(parser, needed=False, text="for bare recordings only: known or assumed gains")
-    text = "assumed gains, a file or numbers such as 12,12,10: identified gains relative to them, the payload that they give"
+    text = "assumed gains, a file or numbers such as 12,12,10: changes from them, and the payload that they give"
     add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=text)
     text = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
     inputs.add_unseen_arguments(parser, text)

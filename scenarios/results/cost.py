@@ -164,7 +164,7 @@ class ResultCost(ResultModel):
             column("Joint", lambda each: each.joint),
             column(f"Assumed gain [{unit}]", lambda each: number(each.assumed_gain, ".4f")),
             column(f"Identified gain [{unit}]", lambda each: number(each.gain, ".4f"), file_only=True),
-            column("Identified,\nrelative [%]", lambda each: percent(each.rel_change, "+.1f")),
+            column("Identified\nminus assumed [%]", lambda each: percent(each.rel_change, "+.1f")),
             column("Mass by\nassumed gain [kg]", lambda each: number(each.assumed_mass, ".3f")),
             column("2 sigma [kg]", lambda each: number(_twice(each.assumed_mass_std), ".3f")),
             column("Mass by\nidentified gain [kg]", lambda each: number(each.found_mass, ".3f")),

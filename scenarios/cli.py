@@ -8,7 +8,7 @@ import shutil
 import sys
 import textwrap
 import traceback
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from ident.support.errors import IdentificationError
@@ -26,9 +26,10 @@ from scenarios.command_line.process import (
     without_opengl,
     write,
 )
-from scenarios.commands import COMMANDS, GROUPS, NEEDED, command
+from scenarios.commands import COMMANDS, EXAMPLES, FIRST, GROUPS, NEEDED, command
 from scenarios.experiments.scenario_files import builtin_names, find_scenario
 from scenarios.support.errors import ScenarioError
+from scenarios.support.texts import continued
 from sim.errors import SimulationError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 TRACEBACK = "RX90_TRACEBACK"
 """Environment variable that requests the traceback of an unexpected error."""
 PURPOSE = "Testbench and identification of robot drive gains."
-FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
+LAST = "rx90 COMMAND --help shows its options and two examples."
 COMPLETION, SHELLS = "--print-completion", ("bash", "zsh", "tcsh", "fish", "powershell")
 """Option, and shells whose completion shtab writes."""
 NARROWEST, NARROW = 20, 60
@@ -119,11 +120,17 @@ def _carried_out(words: list[str]) -> Status:
 def overview() -> str:
     """Return the commands in order of use, formatted for the terminal."""
     indent = max(map(len, COMMANDS)) + 4
-    parts = [_filled(PURPOSE)]
+    parts = [_filled(PURPOSE), _listed("begin with", FIRST)]
     for title, commands in GROUPS.items():
         lines = [_filled(f"  {name:<{indent - 4}}  {summary}", indent) for name, summary in commands.items()]
         parts.append("\n".join([f"{title}:", *lines]))
-    return "\n\n".join([*parts, _filled(FIRST)])
+    return "\n\n".join([*parts, _filled(LAST)])
+
+
+def _listed(title: str, commands: Iterable[str]) -> str:
+    """Return commands below a title, continued on further lines of the terminal."""
+    width = shutil.get_terminal_size().columns - 4
+    return "\n".join([f"{title}:", *(textwrap.indent(continued(each, width), "  ") for each in commands)])
 
 
 def _filled(text: str, indent: int = 0) -> str:
@@ -171,16 +178,29 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
                 yield from _actions(below)
 
 
+class WordFormatter(argparse.HelpFormatter):
+    """Breaks lines at spaces only; a text of several lines stays as it is."""
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return textwrap.wrap(text, width, break_on_hyphens=False)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        lines = [text] if "\n" in text else self._split_lines(text, width - len(indent))
+        return textwrap.indent("\n".join(lines), indent)
+
+
 class OneLineParser(argparse.ArgumentParser):
     """A parser with one-line errors; options may not be abbreviated or repeated."""
 
     def __init__(self, **settings: object) -> None:
-        super().__init__(allow_abbrev=False, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
+        super().__init__(allow_abbrev=False, formatter_class=WordFormatter, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
         self._negative_number_matcher = NEGATIVE
         self._given = set[argparse.Action]()
 
     def format_help(self) -> str:
-        """Return the help; on a narrow terminal the usage line omits the options."""
+        """Return the help with examples; on a narrow terminal the usage line omits the options."""
+        if own := [line for line in EXAMPLES if line.split()[1] == self.prog.partition(" ")[2]]:
+            self.epilog = _listed("examples", own)
         if shutil.get_terminal_size().columns < NARROW:
             places = [action.metavar or action.dest for action in self._actions if not action.option_strings]
             self.usage = " ".join(["%(prog)s", *map(str, places), "..."])
@@ -242,7 +262,6 @@ def parser_of(wanted: Collection[str]) -> OneLineParser:
         usage="rx90 [-h] [--version] [--print-completion SHELL] COMMAND ...",
         description=overview(),
         epilog="\n".join(["exit statuses:", *statuses]),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="versions that results depend on")
     text = 'print the completion of a shell, e.g. eval "$(rx90 --print-completion bash)" in ~/.bashrc'

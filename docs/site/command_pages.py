@@ -5,7 +5,7 @@ import os
 
 from scenarios.cli import OneLineParser
 from scenarios.command_line.process import MEANINGS
-from scenarios.commands import GROUPS, command
+from scenarios.commands import EXAMPLES, GROUPS, command
 
 HEAD = """# Commands
 
@@ -36,6 +36,7 @@ def _section(name: str, summary: str) -> str:
     command(name).add_arguments(parser)
     usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
     text = f"### rx90 {name}\n\n{summary[0].upper()}{summary[1:]}.\n\n```text\n{_folded(usage)}\n```\n\n"
+    text += "```sh\n" + "".join(f"{line}\n" for line in EXAMPLES if line.split()[1] == name) + "```\n\n"
     rows = [_row(parser, action) for action in parser._actions if action.help != argparse.SUPPRESS]
     return text + ("| argument | what |\n|---|---|\n" + "".join(rows) + "\n" if rows else "")
 

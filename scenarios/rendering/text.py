@@ -4,9 +4,7 @@ If a table is too wide, first the gaps are reduced, then words are wrapped. If t
 further columns follow below, with the identifying columns repeated, so that no number is cut.
 """
 
-import shlex
 from io import StringIO
-from itertools import pairwise
 from textwrap import wrap
 
 from rich.cells import cell_len
@@ -17,6 +15,7 @@ from rich.text import Text
 from scenarios.rendering import Page
 from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
 from scenarios.rendering.plot import Plot
+from scenarios.support.texts import continued
 
 WIDE = 10_000
 """Characters per line if unlimited."""
@@ -26,8 +25,6 @@ HANGING = "  "
 """Indentation of continuation lines of a note."""
 EVERY_ROW = "--format markdown shows them"
 """Where rows that are left out can be read."""
-GOES_ON, INDENT = " \\", "  "
-"""End of a continued command line, and beginning of the next one."""
 STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
 
 
@@ -73,22 +70,6 @@ def _print_words(text: str, style: str, console: Console, width: int, hanging: s
     """Print wrapped text; a word wider than the page, such as a path, is not broken."""
     lines = wrap(text, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
     console.print(Text("\n".join(lines), style=style), soft_wrap=True)
-
-
-def continued(command: str, width: int) -> str:
-    """Return a command on continued lines; a line is wider than the page only if one word is."""
-    words = [shlex.quote(word) for word in shlex.split(command)]
-    if len(command) <= width or " ".join(words) != command:
-        return command
-    lines = words[:1]
-    for word, after in pairwise([*words[1:], "-"]):
-        beside = f"{word} {after}" if word.startswith("-") and not after.startswith("-") else word  # option and value
-        if len(f"{lines[-1]} {beside}{GOES_ON}") > width:
-            lines[-1] += GOES_ON
-            lines.append(f"{INDENT}{word}")
-        else:
-            lines[-1] += f" {word}"
-    return "\n".join(lines)
 
 
 def _print_table(table: Table, console: Console, width: int) -> None:

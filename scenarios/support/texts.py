@@ -1,12 +1,14 @@
-"""Texts: TOML values on one line, the line that names a JSON Schema, and descriptions of attributes from docstrings.
+"""Texts: TOML values on one line, the line that names a JSON Schema, descriptions from docstrings, continued commands.
 
 Taplo, and editors that use it, complete and check keys by `#:schema PLACE`.
 """
 
 import json
 import re
+import shlex
 from collections.abc import Mapping
 from inspect import cleandoc
+from itertools import pairwise
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "schemas"
@@ -46,3 +48,23 @@ def attribute_docs(kind: type) -> dict[str, str]:
     for names, text in ATTRIBUTE.findall(section):
         found |= dict.fromkeys(names.split(", "), " ".join(text.split()).removesuffix("."))
     return found
+
+
+GOES_ON, INDENT = " \\", "  "
+"""End of a continued command line, and beginning of the next one."""
+
+
+def continued(command: str, width: int) -> str:
+    """Return a command on continued lines; a line is wider than the page only if one word is."""
+    words = [shlex.quote(word) for word in shlex.split(command)]
+    if len(command) <= width or " ".join(words) != command:
+        return command
+    lines = words[:1]
+    for word, after in pairwise([*words[1:], "-"]):
+        beside = f"{word} {after}" if word.startswith("-") and not after.startswith("-") else word  # option and value
+        if len(f"{lines[-1]} {beside}{GOES_ON}") > width:
+            lines[-1] += GOES_ON
+            lines.append(f"{INDENT}{word}")
+        else:
+            lines[-1] += f" {word}"
+    return "\n".join(lines)

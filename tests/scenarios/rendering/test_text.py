@@ -22,7 +22,7 @@ from scenarios.rendering.content import (
     rounded,
     table,
 )
-from scenarios.rendering.text import continued
+from scenarios.support.texts import continued
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(

@@ -75,8 +75,8 @@ def _(mo):
     ## Identify
 
     From here on only what a real cell has: two recordings, the arm's kinematics, the weighed payload. Logs of your own
-    are `[ident.read("bare.csv"), ident.read("loaded.csv", payload="p.toml")]`. Gains and their standard deviations are
-    masked where a joint is refused.
+    are `[ident.read("bare.csv"), ident.read("loaded.csv", payload="p.toml")]`. `r.gain` and `r.std` are
+    masked where a joint is refused; `r.to_frame()` is this table, `r.plot()` a chart of it.
     """)
     return
 
@@ -84,7 +84,7 @@ def _(mo):
 @app.cell
 def _(exp, ident, s):
     r = ident.identify(exp.arm, s.logs)
-    r.gain, 2.0 * r.std / abs(r.gain), r.reasons
+    r
     return (r,)
 
 
@@ -133,7 +133,7 @@ def _(bare, exp, ident, loaded, s):
 @app.cell
 def _(right, spoilt):
     shift = (spoilt - right).mean()
-    print(f"all gains together moved by {shift:+.2f} %")
+    round(float(shift), 2)  # all gains together, in per cent
     return (shift,)
 
 

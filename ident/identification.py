@@ -36,6 +36,7 @@ from ident.preparation import (
 )
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, MaskedArray
+from ident.support.display import Displayed
 from ident.support.errors import Contradiction, IdentificationError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
@@ -44,7 +45,7 @@ one_thread = threadpool_limits.wrap(limits=1, user_api="blas")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Identification:
+class Identification(Displayed):
     """Result of `identify`.
 
     Attributes:
@@ -70,6 +71,20 @@ class Identification:
             said = reason if j not in found else f"{found[j].value:.5g} +- {2.0 * found[j].std:.2g} N (m)/unit"
             lines.append(f"  joint {j + 1}: {said}")
         return "\n".join([*lines, *(f"  {each.severity.value}: {each.sentence}" for each in self.found.findings)])
+
+    def _columns(self) -> dict[str, Sequence[object]]:
+        revolute = () if self.prepared is None else self.prepared.problem.structure.arm.revolute.tolist()
+        unit = {(True,): "N m/unit", (False,): "N/unit"}.get(tuple(set(revolute)), "N (m)/unit")
+        values = {"gain": "value", **dict.fromkeys(("std", "residual_std", "payload_std", "model_std"))}
+        return {
+            "joint": range(1, len(self.joints) + 1),
+            **{
+                f"{name} [{unit}]": [getattr(each, attribute or name, None) for each in self.joints]
+                for name, attribute in values.items()
+            },
+            "name": [each.joint for each in self.joints],
+            "reason": self.reasons,
+        }
 
     @property
     def joints(self) -> tuple[JointResult, ...]:

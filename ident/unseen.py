@@ -9,7 +9,7 @@ but not with a weighed payload: with the bare motions it also gives gains, of wh
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Final, Literal
 
@@ -32,6 +32,7 @@ from ident.parameters.weighing import LEVEL, UNKNOWN, masses_of_joints
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
+from ident.support.display import Displayed
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
 Verdict = Literal["better", "worse", "no different"]
@@ -83,7 +84,7 @@ class UnseenJoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unseen:
+class Unseen(Displayed):
     """Prediction of a motion that was not used in any fit.
 
     Attributes:
@@ -104,6 +105,15 @@ class Unseen:
     other_rel_error: float | None
     joints: tuple[UnseenJoint, ...]
     diagnoses: tuple[Diagnosis, ...] = ()
+
+    def _headline(self) -> str:
+        than = "" if self.verdict is None else f", {self.verdict} than with the other gains"
+        return f"Currents of {self.log} predicted within {100.0 * self.rel_error:.2g} % of rms{than}"
+
+    def _columns(self) -> dict[str, Sequence[object]]:
+        names = [each.name for each in fields(UnseenJoint)][1:]
+        joints = {"joint": [each.joint + 1 for each in self.joints]}
+        return joints | {name: [getattr(each, name) for each in self.joints] for name in names}
 
     @property
     def passed(self) -> bool:

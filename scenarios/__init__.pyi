@@ -9,5 +9,6 @@ from .experiments.study import StudyRows as StudyRows
 from .experiments.verdict import GainVerdict as GainVerdict
 from .experiments.workers import dask_workers as dask_workers
 from .experiments.workers import local_processes as local_processes
+from .prediction.budget import predicted_budget as predicted_budget
 from .results.studies import assert_scenario as assert_scenario
 from .support.errors import ScenarioError as ScenarioError

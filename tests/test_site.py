@@ -62,6 +62,7 @@ def site(tmp_path_factory):
 @pytest.mark.slow
 def test_the_site_is_built_without_a_warning(site):
     assert "<math" in (site / "explanation" / "method.html").read_text(encoding="utf-8")
+    assert "<th>gain [N m/unit]</th>" in (site / "tutorial" / "python.html").read_text(encoding="utf-8")
     for page in site.rglob("*.html"):  # nothing is loaded from elsewhere
         text = page.read_text(encoding="utf-8")
         loaded = re.findall(r'<(?:script|img|source)[^>]*\bsrc="(http[^"]*)"', text)

@@ -8,6 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from numbers import Integral
+from typing import ClassVar
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -21,6 +22,7 @@ from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge
 from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
+from scenarios.rendering.result import WithResult
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from sim.errors import SimulationError
@@ -118,12 +120,13 @@ class Simulated:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class Run(Simulated):
+class Run(Simulated, WithResult):
     """A trial that is identified and judged, in `identify_s` [s] of wall time.
 
     `cost` is the effect of the controller's gains, None if not requested.
     """
 
+    RESULT: ClassVar[str] = "scenarios.results.gains:Result.of_run"
     identification: Identification
     verdict: Verdict
     identify_s: float

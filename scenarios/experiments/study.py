@@ -14,7 +14,7 @@ from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import pyarrow as pa
@@ -29,8 +29,9 @@ from scenarios.experiments.scenario import Value, place_of, setup_of, with_setti
 from scenarios.experiments.scenario_files import MOTION, SEEDS
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study_folder import StudyFolder, study_folder
-from scenarios.experiments.trials import MakeRows, Task, judged_rows, run_task, trial_schema
+from scenarios.experiments.trials import SHARES, MakeRows, Task, judged_rows, run_task, trial_schema
 from scenarios.experiments.workers import Workers, completed
+from scenarios.rendering.result import WithResult
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import progress_of
 from scenarios.support.versions import versions
@@ -240,14 +241,18 @@ def _results(study: Study, missing: Sequence[range], workers: Workers | None) ->
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StudyRows:
+class StudyRows(WithResult):
     """Result of a study in memory: a row per trial and joint, with `trials.CONTRACT` and the varied values."""
 
+    RESULT: ClassVar[str] = "scenarios.results.studies:StudyResult.of_rows"
     rows: pa.Table
+    scenario: Scenario
 
     def to_frame(self) -> "pd.DataFrame":
-        """Return the rows as a pandas DataFrame."""
-        return self.rows.to_pandas()
+        """Return the rows as a pandas DataFrame; columns are those of a saved study, with `attrs["units"]`."""
+        frame = self.rows.to_pandas()
+        frame.attrs["units"] = dict.fromkeys(("true", "estimate", "std", *SHARES), "N (m)/unit")
+        return frame
 
 
 def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
@@ -256,4 +261,4 @@ def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None 
         raise ScenarioError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
     with nullcontext() if workers is None else workers as opened:
         tables = [rows for _, rows in _results(study, [range(study.count)], opened)]
-    return StudyRows(pa.concat_tables(tables).sort_by([("trial", "ascending"), ("joint", "ascending")]))
+    return StudyRows(pa.concat_tables(tables).sort_by([("trial", "ascending"), ("joint", "ascending")]), study.scenario)

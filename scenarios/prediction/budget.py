@@ -1,6 +1,7 @@
 """The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from statistics import NormalDist
 
 import numpy as np
@@ -16,6 +17,7 @@ from scenarios.experiments.scenario import Setup, Value, changed, setup_of, valu
 from scenarios.experiments.schema import TURNS, DrawTable, Scenario, ScenarioTable, in_turns
 from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
 from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells, percent
+from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.diagnoses import diagnosed_values, horizon_paragraphs
 from scenarios.results.gains import budget_verdict
@@ -204,6 +206,20 @@ class PredictedBudget(ResultModel):
         )
         costs = list(zip(*(each.costs for each in self.joints), strict=True))  # of a source, by joint
         shown = [of_joints for of_joints in costs if any(each.rms >= LEAST for each in of_joints)]
+        if shown:
+            series = {of[0].source: [100.0 * each.rms for each in of] for of in shown[: len(SERIES)]}
+            joints = [each.joint for each in self.joints]
+            yield Plot(
+                title="Error of each gain from the largest sources alone",
+                caption="Root mean square, with all other sources off.",
+                x="Joint",
+                y="Error [% rms]",
+                draw=partial(
+                    draw_bars,
+                    joints=joints,
+                    series={name: dict(zip(joints, errors, strict=True)) for name, errors in series.items()},
+                ),
+            )
         rows = [
             ("all together", *(percent(each.together.rms, ".3f") for each in self.joints)),
             ("  of which bias", *(percent(each.together.bias, "+.3f") for each in self.joints)),

@@ -15,6 +15,13 @@ NONE = "-"
 """Placeholder for a missing number."""
 
 
+class Number(str):
+    """A number as it is printed, and its value in the unit of its column."""
+
+    __slots__ = ("value",)
+    value: float
+
+
 class Mood(Enum):
     """Assessment of a text or cell; a renderer may colour it."""
 
@@ -67,6 +74,16 @@ class Table:
         """Number of columns that identify a row: the first ones that make all rows distinct, otherwise one."""
         counts = range(1, len(self.columns))
         return next((k for k in counts if len({row[:k] for row in self.rows}) == len(self.rows)), 1)
+
+    @property
+    def values(self) -> dict[str, list[object]]:
+        """Values of each column in full precision, None for a dash; a name ends with the unit in brackets."""
+        found = dict[str, list[object]]()
+        for k, each in enumerate(self.columns):
+            name = f"{each.heading} [{each.unit}]" if each.unit else each.heading
+            name = f"{self.columns[k - 1].heading}, {name}" if name in found else name
+            found[name] = [_value(row[k].text) for row in self.rows]
+        return found
 
     @property
     def verdict_early(self) -> "Table":
@@ -127,6 +144,13 @@ class Report:
         return replace(self, parts=tuple(parts))
 
 
+def _value(text: str) -> object:
+    try:
+        return text.value if isinstance(text, Number) else int(text) if text.isdigit() else float(text)
+    except ValueError:
+        return None if text == NONE else text
+
+
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:
     """Return a row of a table."""
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
@@ -159,7 +183,7 @@ def table(
     """Return a table with one row per item; `title` to `file_only` as in `Table`."""
 
     def written(value: str | int | Cell | None) -> str | Cell:
-        return value if isinstance(value, Cell) else NONE if value is None else str(value)
+        return value if isinstance(value, Cell | str) else NONE if value is None else str(value)
 
     rows = tuple(cells(*(written(each.cell(item)) for each in columns)) for item in items)
     heads = tuple(each.column for each in columns)
@@ -183,7 +207,9 @@ def number(value: float | None, form: str, unit: str = "") -> str:
     if value is None:
         return NONE
     sign = form[:1] if form[:1] in "+- " else ""
-    return f"{value:{sign}z{form.removeprefix(sign)}}".removesuffix(".") + unit
+    text = Number(f"{value:{sign}z{form.removeprefix(sign)}}".removesuffix(".") + unit)
+    text.value = value
+    return text
 
 
 def percent(share: float | None, form: str = ".3f") -> str:

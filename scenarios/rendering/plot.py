@@ -31,6 +31,8 @@ LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
+ONE_LINE = 45
+"""Characters of a legend on one line."""
 STYLE = Path(__file__).with_name("page.mplstyle")
 
 
@@ -63,8 +65,9 @@ class Plot:
         axes[-1].set_xlabel(self.x)
         axes[0].set_ylabel(self.y)
         self.draw(*axes)
-        if axes[0].get_legend_handles_labels()[0]:
-            whole.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        if labels := axes[0].get_legend_handles_labels()[1]:
+            columns = 4 if sum(map(len, labels)) < ONE_LINE else 2
+            whole.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=columns)
         return whole
 
     def svg(self, number: int) -> str:

@@ -6,18 +6,25 @@ sentences in order, the verdict first. Renderers draw exactly these; a text leav
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, TypeVar
+from importlib import import_module
+from operator import attrgetter
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, WrapSerializer, WrapValidator
 
-from scenarios.rendering.content import Mood, Part, Report
+from ident.support.display import Displayed
+from scenarios.rendering.content import Mood, Paragraph, Part, Report, Table
+from scenarios.rendering.plot import Plot
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Value = TypeVar("Value")
 NAME, VALUE = (AliasChoices(key, attribute) for key, attribute in (("parameter", "name"), ("estimate", "value")))
 """Keys of an estimated quantity, and the attributes of its object."""
 
 
-class ResultModel(BaseModel):
+class ResultModel(BaseModel, Displayed):
     """A JSON object that may have more keys than these."""
 
     model_config = ConfigDict(extra="allow", from_attributes=True, defer_build=True)  # of those imported, few are used
@@ -26,9 +33,46 @@ class ResultModel(BaseModel):
         """Return what is shown of the result, in order."""
         return ()
 
+    def _columns(self) -> dict[str, list[object]]:
+        return next(part.values for part in self.parts() if isinstance(part, Table))
+
+    def _headline(self) -> str:
+        return next(part.text for part in self.parts() if isinstance(part, Paragraph))
+
+    def plot(self) -> "Figure":
+        """Return the first plot of its page as a Matplotlib figure."""
+        plots = [part for part in self.parts() if isinstance(part, Plot)]
+        if not plots:
+            return super().plot()
+        figure = plots[0].figure()
+        figure.axes[0].set_title(plots[0].title)
+        return figure
+
     def report(self, title: str, *more: Part, mood: Mood = Mood.PLAIN) -> Report:
         """Return what renderers draw: title, parts, `more` parts, and the JSON object."""
         return Report(title, (*self.parts(), *more), self.model_dump(mode="json"), mood)
+
+
+class WithResult(Displayed):
+    """Displayed as its result is, of the function `RESULT`: module, colon, name."""
+
+    __slots__ = ()
+    RESULT: ClassVar[str]
+
+    def result(self) -> ResultModel:
+        """Return the result as its page and JSON have it."""
+        module, _, name = self.RESULT.partition(":")
+        return attrgetter(name)(import_module(module))(self)
+
+    def _columns(self) -> dict[str, list[object]]:
+        return self.result()._columns()
+
+    def _headline(self) -> str:
+        return self.result()._headline()
+
+    def plot(self) -> "Figure":
+        """Return the first plot of its page as a Matplotlib figure."""
+        return self.result().plot()
 
 
 def _shifted(value: Any, by: int, key: str = "") -> Any:

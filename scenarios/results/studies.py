@@ -23,7 +23,7 @@ from scenarios.experiments.statistics import (
     coverage_of,
     joint_statistics,
 )
-from scenarios.experiments.study import study_rows_of, sweep
+from scenarios.experiments.study import StudyRows, study_rows_of, sweep
 from scenarios.experiments.study_folder import read_study
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
@@ -83,6 +83,11 @@ class StudyResult(ResultModel):
             joints=list(joints),
             failures=rows[rows["joint"] == joints[0].joint]["failure"].value_counts().to_dict(),
         )
+
+    @classmethod
+    def of_rows(cls, study: StudyRows) -> "StudyResult":
+        """Compute statistics of a study in memory."""
+        return cls.of(study.scenario, study.rows["seed"][0].as_py(), study.rows.to_pandas())
 
     def title(self, asked: int) -> str:
         """Return the title of a report on a study of which `asked` trials were requested."""

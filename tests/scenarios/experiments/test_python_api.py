@@ -81,6 +81,24 @@ def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
 
 
 @pytest.mark.usefixtures("_undiagnosed")
+def test_a_run_and_a_study_are_shown_as_their_pages_show_them(quick):
+    run, study = quick.run(8), quick.monte_carlo(3, seed=6)
+    frame = run.to_frame()
+    np.testing.assert_allclose(
+        frame["Error [%]"].astype(float),
+        [np.nan if each.rel_error is None else 100.0 * each.rel_error for each in run.verdict.gains],
+        rtol=1e-12,
+    )
+    (verdict,) = [part.text for part in run.result().parts() if getattr(part, "strong", False)]
+    assert f"<p>{verdict}</p><table><tr><th>Joint</th><th>Injected [N m/unit]</th>" in run._repr_html_()
+    assert run.plot().axes[0].get_title() == "Error of each gain, with its interval"
+    assert (study.result().seed, study.result().trials, len(study.result().joints)) == (6, 3, 6)
+    assert "<th>Bias [%]</th>" in study._repr_html_()
+    assert study.plot().axes[0].get_title() == "Coverage of two estimated standard deviations"
+    assert study.to_frame().attrs["units"]["std"] == "N (m)/unit"
+
+
+@pytest.mark.usefixtures("_undiagnosed")
 def test_a_sweep_is_every_combination_with_the_same_seeds(quick):
     mass = [6.9, 7.1]
     rows = quick.sweep({"observe.cutoff_hz": [9, 14], "plant.payload.mass": mass}, seeds=(4, 2)).to_frame()

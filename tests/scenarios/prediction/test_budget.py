@@ -84,6 +84,17 @@ def test_errors_of_a_payload_of_gains_and_of_beliefs_are_those_of_closed_forms(b
     assert (white.std > 0.0).all()
 
 
+def test_the_budget_is_charted_and_framed_by_source(budget):
+    frame, (axes,) = budget.to_frame().set_index("Source"), budget.plot().axes
+    largest = [cost.source for cost in budget.joints[0].costs][:4]
+    assert [bars.get_label() for bars in axes.containers] == largest
+    for bars in axes.containers:
+        heights = [bar.get_height() for bar in bars]
+        np.testing.assert_allclose(heights, 100.0 * cost_of(budget, bars.get_label()).rms, rtol=1e-12)
+        np.testing.assert_allclose(heights, frame.loc[bars.get_label()].astype(float), rtol=1e-12)
+    assert frame.columns.tolist() == [f"Joint {each.joint} [%]" for each in budget.joints]
+
+
 def test_sources_add_by_sign_and_by_variance_and_the_largest_is_first(budget):
     names = [cost.source for cost in budget.joints[0].costs]
     each = [cost_of(budget, name) for name in names]

@@ -6,6 +6,7 @@ import pytest
 
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
+    Cell,
     Column,
     Heading,
     Line,
@@ -21,6 +22,7 @@ from scenarios.rendering.content import (
     plus_minus,
     rounded,
     table,
+    two_sigma,
 )
 from scenarios.support.texts import continued
 
@@ -65,6 +67,28 @@ def test_a_table_is_set_wide_then_close_then_continued_below():
     for width, heads in ((35, [whole]), (34, close), (32, close), (31, split), (24, split), (23, alone), (3, alone)):
         text = renderer("text")(report, Page(width=width))
         assert [line for line in text.splitlines() if "0" in line] == heads
+
+
+def test_a_table_keeps_the_values_of_its_numbers_under_headings_with_units():
+    rows = ((1, 0.123456, 0.02), (2, None, 0.5))
+    shown = table(
+        rows,
+        column("Joint", lambda row: row[0]),
+        column("Gain\nfound [N m/unit]", lambda row: rounded(row[1], 0.03)),
+        column("2 sigma [%]", lambda row: two_sigma(row[2])),
+        column("2 sigma [%]", lambda row: Cell(percent(row[2]), Mood.BAD)),
+        column("Seen", lambda row: f"{row[2]:.1f}"),
+        column("Verdict", lambda _: "late", words=True),
+    )
+    assert shown.rows[0][1].text == "0.123"
+    assert shown.values == {
+        "Joint": [1, 2],
+        "Gain found [N m/unit]": [0.123456, None],
+        "2 sigma [%]": [4.0, 100.0],
+        "2 sigma, 2 sigma [%]": [2.0, 50.0],
+        "Seen": [0.0, 0.5],
+        "Verdict": ["late", "late"],
+    }
 
 
 @pytest.mark.parametrize("width", [35, 34, 31, 30, 22, 21])

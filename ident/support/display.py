@@ -1,0 +1,54 @@
+"""A result as a data frame, as a table in a notebook, and as a chart, from its columns."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+class Displayed:
+    """A result with columns, the first of which identifies a row; names end with the unit in brackets."""
+
+    __slots__ = ()
+
+    def _columns(self) -> Mapping[str, Sequence[object]]:
+        """Return the values of each column, None where there is none."""
+        raise NotImplementedError
+
+    def _headline(self) -> str:
+        """Return the main statement in a sentence."""
+        return repr(self).partition("\n")[0]
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Return the columns as a pandas DataFrame; names end with the unit in brackets, a relative value has none."""
+        import pandas as pd  # optional
+
+        return pd.DataFrame(self._columns())
+
+    def plot(self) -> "Figure":
+        """Return a Matplotlib figure of the second column, with two standard deviations where the third has these."""
+        from matplotlib.figure import Figure  # optional
+
+        (name, at), (y, values), (third, std), *_ = self._columns().items()
+        rows = [k for k, value in enumerate(values) if value is not None]
+        bars = [2.0 * float(str(std[k])) for k in rows] if third.startswith("std") else None
+        axes = (figure := Figure(figsize=(6.0, 3.0), layout="constrained")).subplots()
+        axes.errorbar([str(at[k]) for k in rows], [float(str(values[k])) for k in rows], bars, fmt="o", capsize=3.0)
+        axes.set(title=self._headline(), xlabel=name, ylabel=y + (", 2 sigma" if bars else ""))
+        axes.set_ylim(bottom=None if bars else 0.0)
+        return figure
+
+    def _repr_html_(self) -> str:
+        """Return main statement and columns for a notebook."""
+        columns = self._columns()
+        cells = [[_shown(value) for value in row] for row in zip(*columns.values(), strict=True)]
+        rows = [f"<tr>{''.join(f'<th>{escape(name)}</th>' for name in columns)}</tr>"]
+        rows += [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in cells]
+        return f"<p>{escape(self._headline())}</p><table>{''.join(rows)}</table>"
+
+
+def _shown(value: object) -> str:
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)

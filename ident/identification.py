@@ -73,8 +73,8 @@ class Identification(Displayed):
         return "\n".join([*lines, *(f"  {each.severity.value}: {each.sentence}" for each in self.found.findings)])
 
     def _columns(self) -> dict[str, Sequence[object]]:
-        revolute = () if self.prepared is None else self.prepared.problem.structure.arm.revolute.tolist()
-        unit = {(True,): "N m/unit", (False,): "N/unit"}.get(tuple(set(revolute)), "N (m)/unit")
+        revolute = self.prepared is not None and self.prepared.problem.structure.arm.revolute.all()
+        unit = "N m/unit" if revolute else "N (m)/unit"
         values = {"gain": "value", **dict.fromkeys(("std", "residual_std", "payload_std", "model_std"))}
         return {
             "joint": range(1, len(self.joints) + 1),

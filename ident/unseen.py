@@ -110,10 +110,9 @@ class Unseen(Displayed):
         than = "" if self.verdict is None else f", {self.verdict} than with the other gains"
         return f"Currents of {self.log} predicted within {100.0 * self.rel_error:.2g} % of rms{than}"
 
-    def _columns(self) -> dict[str, Sequence[object]]:
-        names = [each.name for each in fields(UnseenJoint)][1:]
-        joints = {"joint": [each.joint + 1 for each in self.joints]}
-        return joints | {name: [getattr(each, name) for each in self.joints] for name in names}
+    def _columns(self) -> Mapping[str, Sequence[object]]:
+        values = {each.name: [getattr(own, each.name) for own in self.joints] for each in fields(UnseenJoint)}
+        return values | {"joint": [each.joint + 1 for each in self.joints]}
 
     @property
     def passed(self) -> bool:

@@ -14,6 +14,10 @@ class Displayed:
 
     __slots__ = ()
 
+    def _shown(self) -> "Displayed":
+        """Return what is shown in its place."""
+        return self
+
     def _columns(self) -> Mapping[str, Sequence[object]]:
         """Return the values of each column, None where there is none."""
         raise NotImplementedError
@@ -26,12 +30,14 @@ class Displayed:
         """Return the columns as a pandas DataFrame; names end with the unit in brackets, a relative value has none."""
         import pandas as pd  # optional
 
-        return pd.DataFrame(self._columns())
+        return pd.DataFrame(self._shown()._columns())
 
     def plot(self) -> "Figure":
         """Return a Matplotlib figure of the second column, with two standard deviations where the third has these."""
         from matplotlib.figure import Figure  # optional
 
+        if (shown := self._shown()) is not self:
+            return shown.plot()
         (name, at), (y, values), (third, std), *_ = self._columns().items()
         rows = [k for k, value in enumerate(values) if value is not None]
         bars = [2.0 * float(str(std[k])) for k in rows] if third.startswith("std") else None
@@ -43,12 +49,13 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         """Return main statement and columns for a notebook."""
-        columns = self._columns()
-        cells = [[_shown(value) for value in row] for row in zip(*columns.values(), strict=True)]
+        shown = self._shown()
+        columns = shown._columns()
+        cells = [[_written(value) for value in row] for row in zip(*columns.values(), strict=True)]
         rows = [f"<tr>{''.join(f'<th>{escape(name)}</th>' for name in columns)}</tr>"]
         rows += [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in cells]
-        return f"<p>{escape(self._headline())}</p><table>{''.join(rows)}</table>"
+        return f"<p>{escape(shown._headline())}</p><table>{''.join(rows)}</table>"
 
 
-def _shown(value: object) -> str:
+def _written(value: object) -> str:
     return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from ident.support.naming import enumerated
+from ident.diagnosis.diagnosis import two_digits
 from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
 from scenarios.rendering.content import (
@@ -94,6 +94,12 @@ class MethodSummary(ResultModel):
     seconds: float | None = Field(description="Median wall time of a call [s]; null without a call")
     joints: tuple[MethodJoint, ...] = Field(description="One entry per joint")
 
+    @property
+    def rms(self) -> float | None:
+        """Root mean square of the relative errors of all gains that it gave, None without any."""
+        given = [(each.gains, each.rms**2) for each in self.joints if each.rms is not None]
+        return (sum(k * square for k, square in given) / sum(k for k, _ in given)) ** 0.5 if given else None
+
 
 class ComparedScenario(ResultModel):
     """Results of methods on a scenario."""
@@ -101,7 +107,9 @@ class ComparedScenario(ResultModel):
     name: str = Field(description="Name of the scenario")
     trials: int = Field(description="Number of trials given to each method")
     unposed: int = Field(description="Number of these trials that failed before any method was called")
-    methods: list[MethodSummary] = Field(min_length=1, description="One entry per method, the best score first")
+    methods: list[MethodSummary] = Field(
+        min_length=1, description="One entry per method, the best score first, then the least rms"
+    )
 
     def parts(self) -> Iterable[Part]:
         """Scores and failures of methods, then errors and coverage by joint."""
@@ -111,6 +119,7 @@ class ComparedScenario(ResultModel):
             self.methods,
             column("Method", lambda each: each.method, words=True),
             column("Score [%]", lambda each: percent(each.score, ".1f")),
+            column("Rms [%]", lambda each: percent(each.rms, ".3g")),
             *(
                 column(f"Within\n{100.0 * share:g} % [%]", lambda each, k=k: percent(each.solved[k], ".1f"))
                 for k, share in enumerate(SOLVED)
@@ -186,7 +195,7 @@ class Comparison(ResultModel):
         return any(each.unposed < each.trials for each in self.scenarios)
 
     def parts(self) -> Iterable[Part]:
-        """The best methods of each scenario and the next one, every scenario, and how scores are counted."""
+        """The best method of each scenario and the next one, every scenario, and how scores are counted."""
         if self.ran:
             text = "; ".join(f"on {each.name} {_best(each.methods)}" for each in self.scenarios)
             yield Paragraph(f"{text[0].upper()}{text[1:]}.", strong=True)
@@ -206,11 +215,11 @@ def page(folder: Path) -> Report:
 
 
 def _best(methods: Sequence[MethodSummary]) -> str:
-    """Return the methods with the highest score, as it is shown, and the next one; `methods` are in order of score."""
-    scores = [f"{100.0 * each.score:.1f} %" for each in methods]
-    first = [each.method for each, score in zip(methods, scores, strict=True) if score == scores[0]]
-    best, rest = f"{enumerated(first)} {'score' if first[1:] else 'scores'} {scores[0]}", len(first)
-    return f"{best}, {methods[rest].method} {scores[rest]}" if rest < len(methods) else best
+    """Return score and rms error of the best method and of the next one; `methods` are in order."""
+    rms = [f" (rms error {two_digits(100.0 * each.rms)} %)" if each.rms is not None else "" for each in methods]
+    said = [f"{100.0 * each.score:.1f} %{error}" for each, error in zip(methods, rms, strict=True)]
+    best = f"{methods[0].method} scores {said[0]}"
+    return f"{best}, {methods[1].method} {said[1]}" if methods[1:] else best
 
 
 def _bad(count: int) -> Cell:
@@ -220,7 +229,7 @@ def _bad(count: int) -> Cell:
 def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedScenario:
     """Compute statistics of a comparison on one scenario; rows have the columns `NEEDED`.
 
-    Equal scores keep the order given.
+    Of equal scores, the smaller rms error is first.
     """
     posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
     estimate, true, std, error = posed[["estimate", "true", "std", "rel_error"]].to_numpy(np.float64).T
@@ -238,7 +247,7 @@ def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedS
         **{f"within {share}": expected & (np.abs(error) <= share) for share in SOLVED},
     )
     found = (_summary(method, posed.query(f"{METHOD} == @method")) for method in methods)
-    ranked = sorted(found, key=lambda summary: -summary.score)
+    ranked = sorted(found, key=lambda each: (-each.score, np.inf if each.rms is None else each.rms))
     trials, reached = (each["trial"].unique().size for each in (rows, posed))
     return ComparedScenario(name=name, trials=trials, unposed=trials - reached, methods=ranked)
 

@@ -34,10 +34,10 @@ class ResultModel(BaseModel, Displayed):
         return ()
 
     def _columns(self) -> dict[str, list[object]]:
-        return next(part.values for part in self.parts() if isinstance(part, Table))
+        return next((part.values for part in self.parts() if isinstance(part, Table)), {})
 
     def _headline(self) -> str:
-        return next(part.text for part in self.parts() if isinstance(part, Paragraph))
+        return next((part.text for part in self.parts() if isinstance(part, Paragraph)), "")
 
     def plot(self) -> "Figure":
         """Return the first plot of its page as a Matplotlib figure."""
@@ -64,15 +64,8 @@ class WithResult(Displayed):
         module, _, name = self.RESULT.partition(":")
         return attrgetter(name)(import_module(module))(self)
 
-    def _columns(self) -> dict[str, list[object]]:
-        return self.result()._columns()
-
-    def _headline(self) -> str:
-        return self.result()._headline()
-
-    def plot(self) -> "Figure":
-        """Return the first plot of its page as a Matplotlib figure."""
-        return self.result().plot()
+    def _shown(self) -> Displayed:
+        return self.result()
 
 
 def _shifted(value: Any, by: int, key: str = "") -> Any:

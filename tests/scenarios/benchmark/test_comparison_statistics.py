@@ -4,7 +4,7 @@ import pytest
 from method_rows import told
 from page_parts import tables
 
-from scenarios.benchmark.comparison import compared
+from scenarios.benchmark.comparison import Comparison, compared
 from scenarios.benchmark.study import METHOD
 
 
@@ -104,8 +104,20 @@ def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
     bold = told("bold", {"estimate": 3.0}, {"estimate": 3.0})
     rows = pd.concat([bold, none, good, fair])
     ranked = compared("s", rows, ["bold", "none", "good", "fair"]).methods
-    assert [each.method for each in ranked] == ["fair", "none", "good", "bold"]
+    assert [each.method for each in ranked] == ["fair", "good", "none", "bold"]
     assert [each.score for each in ranked] == [0.5, 0.0, 0.0, -1.0]
+
+
+def test_of_equal_scores_the_smaller_rms_error_of_all_gains_is_first_and_told():
+    # Errors of 2.5 and 0.5 %, of -1 and 1.5 %; rms of both: sqrt((6.25 + .25) / 2), sqrt((1 + 2.25) / 2).
+    rows = pd.concat(
+        [told("wide", {"estimate": 2.05}, {"estimate": 2.01}), told("near", {"estimate": 1.98}, {"estimate": 2.03})]
+    )
+    found = compared("s", rows, ["wide", "near"])
+    assert [each.method for each in found.methods] == ["near", "wide"]
+    np.testing.assert_allclose([each.rms for each in found.methods], np.sqrt([1.625e-4, 3.25e-4]), rtol=1e-9)
+    said, *_ = Comparison(about={}, scenarios=[found]).parts()
+    assert said.text == "On s near scores 100.0 % (rms error 1.3 %), wide 100.0 % (rms error 1.8 %)."
 
 
 def test_tables_have_each_number_under_its_title():

@@ -175,6 +175,9 @@ def excite_command(options: argparse.Namespace) -> Status:
             f"motion, {100.0 * design.worst(motion):.3g} % by that found, so the scenario's own motion is written"
         )
         motion = own
+    start, worst = (100.0 * design.worst(each) for each in (series.motion(outcome.kept[0].x), motion))
+    change = f" ({100.0 * (worst / start - 1.0):+.0f} %)" if np.isfinite(start) else ""
+    complain(f"largest predicted standard deviation of a gain: at the start {start:.3g} %, now {worst:.3g} %{change}")
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
     comments = [
         f"Found by: {found_by(options)} --out FILE",

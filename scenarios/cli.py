@@ -134,7 +134,8 @@ def _listed(title: str, commands: Iterable[str]) -> str:
 
 
 def _filled(text: str, indent: int = 0) -> str:
-    return textwrap.fill(text, shutil.get_terminal_size().columns - 2, subsequent_indent=" " * indent)
+    width = shutil.get_terminal_size().columns - 2
+    return textwrap.fill(text, width, subsequent_indent=" " * indent, break_on_hyphens=False)
 
 
 def _versions() -> str:

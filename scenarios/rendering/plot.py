@@ -31,7 +31,7 @@ LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
-ONE_LINE = 45
+ONE_LINE = 60
 """Characters of a legend on one line."""
 STYLE = Path(__file__).with_name("page.mplstyle")
 

@@ -24,6 +24,7 @@ from scenarios.rendering.content import (
     two_sigma,
     verdict,
 )
+from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 
 if TYPE_CHECKING:  # not needed by a process that only identifies
@@ -135,7 +136,8 @@ class ResultCost(ResultModel):
     def parts(self, unit: str = "N m/unit") -> Iterable[Part]:
         """Results with assumed and with identified gains; `unit` is that of the gains."""
         judged = self.passed is not None
-        yield self._verdict()
+        if not judged:
+            yield self.verdict()
 
         def row(each: CostQuantity) -> tuple[str, ...]:
             numbers = each.assumed, _twice(each.assumed_std), each.found, _twice(each.found_std)
@@ -177,7 +179,18 @@ class ResultCost(ResultModel):
         yield table(self.joints, *(alone if judged else alone[:6]), title=title)
         yield Paragraph(JUDGED if judged else STATED)
 
-    def _verdict(self) -> Paragraph:
+    def plot_of_masses(self) -> Plot:
+        """Return the plot of the error of the payload's mass from each joint alone, with either gains."""
+        weight, series = self.payload[0].true or 1.0, dict[str, dict[int, tuple[float, float, float]]]()
+        for label, name in (("Assumed gains", "assumed_mass"), ("Identified gains", "found_mass")):
+            numbers = {each.joint: (getattr(each, name), getattr(each, f"{name}_std")) for each in self.joints}
+            found = {j: (100.0 * (m / weight - 1.0), 200.0 * std / weight) for j, (m, std) in numbers.items() if m}
+            series[label] = {j: (off, off - reach, off + reach) for j, (off, reach) in found.items()}
+        title, said = "Mass of the payload from each joint alone", "Error of the mass, with two standard deviations."
+        joints = [each.joint for each in self.joints]
+        return intervals_plot(title, said, "Error of the mass [%]", joints, series, zero=True)
+
+    def verdict(self) -> Paragraph:
         """Return a sentence on the mass with both sets of gains, and on the single joint with the largest error."""
         mass = self.payload[0]
         weight = mass.stated if mass.true is None else mass.true

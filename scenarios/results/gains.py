@@ -1,6 +1,6 @@
 """The result of a run or an identification: gains, their intervals, verdicts and reasons for refusals."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -53,6 +53,7 @@ from scenarios.results.diagnoses import (
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.run import Run
+    from scenarios.experiments.schema import SourceTable
 
 MEANING = (
     "Gains: torque [N m] of a revolute joint, force [N] of a prismatic one, per drive unit. 2 sigma: two standard "
@@ -142,6 +143,8 @@ class Result(DiagnosedResult):
     timing: ResultTiming = Field(description="Wall times")
     notes: list[str] = Field(default_factory=list[str], description="What the method selected, and remarks")
     cost: ResultCost | None = Field(None, description="Results with assumed gains, null if not requested")
+    sources: str | None = Field(None, description="Which of the scenario's error sources were simulated, null without")
+    mass: float | None = Field(None, description="Specified mass of the payload [kg], null if not one alone is known")
     unseen: FromOne[Unseen] | None = Field(None, description="Prediction of an unseen motion, null if none is given")
 
     @classmethod
@@ -164,6 +167,7 @@ class Result(DiagnosedResult):
             ],
             "payload": [each.model_copy(update={"true": true.get(each.parameter)}) for each in result.payload],
             "timing": ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
+            "sources": sources_simulated(run.setup.scenario.table.sources),
             "cost": None if cost is None else ResultCost.of(cost.assumed, run.estimate.joints, cost),
         }
         return result.model_copy(update=known)
@@ -178,9 +182,11 @@ class Result(DiagnosedResult):
     ) -> "Result":
         """Return the result of an identification, without true values. `identify_s` is a wall time [s]."""
         estimate, prepared = found.estimate, found.prepared
-        revolute = [True] * len(estimate.joints)
+        revolute, masses = [True] * len(estimate.joints), set[float]()
         if prepared is not None:
             revolute = prepared.problem.structure.arm.revolute.tolist()
+            payloads = [each.payload for each in prepared.motions if each.payload is not None]
+            masses = {each.mass for each in payloads if each.known != "none"}
         return cls(
             scenario=None,
             seed=None,
@@ -191,6 +197,7 @@ class Result(DiagnosedResult):
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             notes=list(found.notes),
             cost=None if assumed is None else ResultCost.of(assumed, estimate.joints),
+            mass=masses.pop() if len(masses) == 1 else None,
             unseen=unseen,
             **diagnosed_values(found.found),
         )
@@ -203,6 +210,9 @@ class Result(DiagnosedResult):
     def parts(self) -> Iterable[Part]:
         """Verdict, gains, meaning of units and interval, findings, refusals, effect of the assumed gains, plots."""
         found, unit, gains = self.found, common_unit([gain.unit for gain in self.gains]), self.gains
+        if self.judged and self.cost is not None:
+            yield self.cost.verdict()
+            yield self.cost.plot_of_masses()
         yield self._conclusion() if self.judged else self._summary()
         yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
@@ -247,6 +257,7 @@ class Result(DiagnosedResult):
         expected = "where the scenario expects a gain" if failed else "as the scenario expects"
         said += [f"{_named(unexpected)} identified, where the scenario expects a refusal"] if unexpected else []
         said += [f"{_named(refused)} refused, {expected}"] if refused else []
+        said.append(f"{said.pop()}. {self.sources}" if self.sources else said.pop())
         return verdict("; ".join(said), not failed)
 
     def _summary(self) -> Paragraph:
@@ -257,6 +268,10 @@ class Result(DiagnosedResult):
             worst = max(intervals, key=intervals.__getitem__)
             sizes = " to ".join(dict.fromkeys(map(two_digits, (min(intervals.values()), intervals[worst]))))
             said += f", ±{sizes} %" + (f" (worst: joint {worst})" if intervals.keys() - {worst} else "")
+            if self.mass is not None:
+                best = min(intervals, key=intervals.__getitem__)
+                error = two_digits(0.01 * intervals[best] * self.mass)
+                said += f"; joint {best} alone weighs {self.mass:.4g} kg to ±{error} kg at best"
         said += f"; {joints_named(self._in_doubt)} in doubt" if self._in_doubt and not self.judged else ""
         lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
         said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."
@@ -352,6 +367,13 @@ class Result(DiagnosedResult):
         )
 
 
+def sources_simulated(sources: "Mapping[str, SourceTable]") -> str | None:
+    """Return a sentence on the error sources of a scenario that its runs include: noises of the scenario's own size."""
+    on = [name for name, each in sources.items() if each.stream is not None and each.size is None]
+    many_on = f"Errors simulated: {', '.join(on) or 'none'} ({len(on)} of {len(sources)} sources"
+    return f"{many_on}; rx90 predict estimates the others)" if sources else None
+
+
 def _named(gains: Sequence[ResultGain]) -> str:
     return joints_named([gain.joint for gain in gains])
 
@@ -392,7 +414,7 @@ def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]
     limit, by_source = limits.pop() if len(limits) == 1 else "tolerance", dict[str, list[int]]()
     met = [joint for joint, error, tolerance, _ in joints if error is not None and error <= tolerance]
     missed = [joint for joint, *_ in joints if joint not in met]
-    words = [f"Expected error {size} % rms"]
+    words = [f"Expected error with all error sources {size} % rms"]
     words += [f"{joints_named(own)} {are} {limit}" for own, are in ((met, "within"), (missed, "beyond")) if own]
     for joint, _, _, source in joints:
         if source is not None:

@@ -103,6 +103,7 @@ def test_every_command_has_help_that_fits_the_terminal(capsys, monkeypatch):
                 main([*words, "--help"] if words else [])
             text = capsys.readouterr().out
             assert max(map(len, text.splitlines())) <= columns
+            assert not re.search(r"\w-\n", text)  # lines break at spaces
             assert not words or text.startswith(f"usage: rx90 {words[0]}")
             assert not words or callable(command(words[0]).main)
 

@@ -7,6 +7,7 @@ from bad_files import refused
 from printed import printed
 from weighed_cell import PLAIN, identified, off
 
+from ident.diagnosis.diagnosis import two_digits
 from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.results.gains import Result
@@ -49,6 +50,14 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
     assert main([*words, "--compare-with", sheet]) == 0
     out = capsys.readouterr().out
     assert "Results with assumed gains" in out
+    # By the joint with the narrowest interval.
+    spread, best = min(
+        (2.0 * each["std"] / abs(each["estimate"]), each["joint"]) for each in result["gains"] if each["std"]
+    )
+    assert (
+        f"joint {best} alone weighs {weight.mass:.4g} kg to ±{two_digits(spread * weight.mass)} kg at best"
+        in " ".join(out.split())
+    )
     assert "The identified gains reproduce this mass, as they were identified with it." in out
     assert re.search(r"kg \(\+2[3-8] %\) from joint 2 alone", out)
 

@@ -130,6 +130,9 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     together = json.loads(capsys.readouterr().out)["together"]
     np.testing.assert_allclose(together["mass"], mass["found"], rtol=1e-9)
     parts = page_of(loose).parts
+    assert parts[0].text.startswith("FAILED: the payload of 4.275 kg")  # the story, and its chart, are first
+    assert parts[1].title == "Mass of the payload from each joint alone"
+    assert parts[2].text.startswith("PASSED: ")
     (at,) = [k for k, part in enumerate(parts) if getattr(part, "text", "") == "Effect of assumed gains"]
     _, errors, *_ = (part for part in parts[at:] if isinstance(part, Table))
     assert [row[0].text for row in errors.rows] == [MOMENTS, INERTIAS]

@@ -20,7 +20,7 @@ from scenarios.rendering.result import to_json
 from scenarios.results.check import CheckLog, motion_parts
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
 from scenarios.results.diagnoses import horizon_paragraphs
-from scenarios.results.gains import Result, ResultGain, common_unit, gain_units
+from scenarios.results.gains import Result, ResultGain, common_unit, gain_units, sources_simulated
 from scenarios.results.pages import how_to_identify
 from scenarios.results.record import RESULT, read_result
 
@@ -284,7 +284,7 @@ def test_estimates_with_either_gains_keep_their_own_deviations():
     np.testing.assert_allclose(first.rel_change, 0.8 / 1.0 - 1.0, rtol=1e-12)
     assert (second.gain, second.rel_change) == (None, None)
     assert (first.assumed_torque_error, first.found_torque_error) == (0.21, 0.013)
-    said, weights, errors, alone, _ = cost.parts("N m/unit")
+    said, (weights, errors, alone, _) = cost.verdict(), cost.parts("N m/unit")
     # The joint whose mass is off by most beyond two deviations: 4.97 - 4.1 - 0.6 and 5.9 - 4.97 - 0.4.
     assert said.text == (
         "PASSED: the payload of 4.97 kg: with the assumed gains 5.600 kg (+13 %) from all joints, 5.900 kg (+19 %) "
@@ -296,6 +296,11 @@ def test_estimates_with_either_gains_keep_their_own_deviations():
         (alone, ["1", "1.0000", "0.8000", "-20.0", "5.900", "0.400", "5.100", "0.140", "21.0", "1.3"]),
     ):
         assert [cell.text for cell in table.rows[0]] == row
+    # Off 4.97 kg by 0.93 and 0.13, by -0.87 and -0.07; two deviations of 0.2 and 0.07, of 0.3 and 0.09.
+    ends = [[(93, 53, 133), (-87, -147, -27)], [(13, -1, 27), (-7, -25, 11)]]
+    assert intervals_of(cost.plot_of_masses()) == [
+        {j: pytest.approx([x / 4.97 for x in each], rel=1e-9) for j, each in enumerate(own, 1)} for own in ends
+    ]
     same = ResultCost.of(assumed, joints)
     assert (same.passed, same.payload[0].true, same.payload[0].found) == (None, None, None)
     said, weights, alone, _ = same.parts("N m/unit")
@@ -311,6 +316,16 @@ def test_an_identification_prints_its_gains_with_two_deviations_its_refusals_and
     assert one == "  joint 1: 0.8 +- 0.04 N (m)/unit"
     assert two == "  joint 2: too light"
     assert last == "  weak: the zero of q3 is off by 2 degrees"
+
+
+def test_sources_of_a_run_are_the_noises_that_the_scenario_has_without_a_size_of_their_own():
+    noise, sized, drawn = (
+        SimpleNamespace(stream=stream, size=size) for stream, size in (("a", None), ("b", 0.3), (None, None))
+    )
+    said = "Errors simulated: hiss (1 of 3 sources; rx90 predict estimates the others)"
+    assert sources_simulated({"hiss": noise, "clock": sized, "tilt": drawn}) == said
+    assert sources_simulated({"tilt": drawn}).startswith("Errors simulated: none (0 of 1 ")
+    assert sources_simulated({}) is None
 
 
 def test_chart_and_table_show_the_same_change_from_the_assumed_gains():

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
@@ -39,12 +41,12 @@ class Displayed:
         if (shown := self._shown()) is not self:
             return shown.plot()
         (name, at), (y, values), (third, std), *_ = self._columns().items()
-        rows = [k for k, value in enumerate(values) if value is not None]
-        bars = [2.0 * float(str(std[k])) for k in rows] if third.startswith("std") else None
+        unsure = third.startswith("std")
+        bars = 2.0 * np.array(std, np.float64) if unsure else None  # None is NaN, and not drawn
         axes = (figure := Figure(figsize=(6.0, 3.0), layout="constrained")).subplots()
-        axes.errorbar([str(at[k]) for k in rows], [float(str(values[k])) for k in rows], bars, fmt="o", capsize=3.0)
-        axes.set(title=self._headline(), xlabel=name, ylabel=y + (", 2 sigma" if bars else ""))
-        axes.set_ylim(bottom=None if bars else 0.0)
+        axes.errorbar(list(map(str, at)), np.array(values, np.float64), bars, fmt="o", capsize=3.0)
+        axes.set(title=self._headline(), xlabel=name, ylabel=y + (", 2 sigma" if unsure else ""))
+        axes.set_ylim(bottom=None if unsure else 0.0)
         return figure
 
     def _repr_html_(self) -> str:

@@ -216,10 +216,9 @@ def page(folder: Path) -> Report:
 
 def _best(methods: Sequence[MethodSummary]) -> str:
     """Return score and rms error of the best method and of the next one; `methods` are in order."""
-    rms = [f" (rms error {two_digits(100.0 * each.rms)} %)" if each.rms is not None else "" for each in methods]
-    said = [f"{100.0 * each.score:.1f} %{error}" for each, error in zip(methods, rms, strict=True)]
-    best = f"{methods[0].method} scores {said[0]}"
-    return f"{best}, {methods[1].method} {said[1]}" if methods[1:] else best
+    rms = ["" if each.rms is None else f" (rms error {two_digits(100.0 * each.rms)} %)" for each in methods]
+    said = zip(methods, rms, strict=True)
+    return ", ".join([f"{each.method} scores {100.0 * each.score:.1f} %{error}" for each, error in said][:2])
 
 
 def _bad(count: int) -> Cell:

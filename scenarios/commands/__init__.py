@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Callable
 from importlib import import_module
+from importlib.resources import files
 from typing import NamedTuple
 
 from scenarios.command_line.process import Status
@@ -41,38 +42,8 @@ GROUPS: dict[str, dict[str, str]] = {
     "schemas": {"schema": "JSON Schemas of files and of --json output"},
 }
 """Commands in the order of use, each with a one-line summary."""
-CELL = "--unloaded cell/unloaded.parquet --loaded cell/loaded.parquet --payload cell/payload.toml"
-FOREIGN = "log.csv --columns 't=t[ms]' 'q=q{1..6}[deg]' 'v=i{1..6}[mA]' --signal current"
-LATER = CELL.replace("cell", "later")
-EXAMPLES = (
-    "rx90 list", "rx90 list --json",
-    "rx90 run nominal --save cell", "rx90 run nominal --seed 1 --save later --gains-out later.toml",
-    "rx90 view nominal", "rx90 view nominal --render nominal.png --at 5",
-    "rx90 paper", "rx90 paper --seed 3 --out paper",
-    "rx90 new-robot arm.urdf --out arm", "rx90 new-robot arm.urdf --flange flange --payload 4.2 --out heavy",
-    "rx90 excite nominal --out motion.toml", "rx90 excite arm/scenario.toml --protocol holds --out holds.toml",
-    "rx90 payload nominal", "rx90 payload arm/scenario.toml --density 2700 --out aluminium.toml",
-    "rx90 record nominal --out plan", "rx90 record arm/scenario.toml --rate 500 --out arm-plan",
-    "rx90 convert cell/loaded.parquet --out loaded.csv", f"rx90 convert {FOREIGN} --out log.parquet",
-    f"rx90 check rx90 {CELL.removeprefix('--unloaded ')}", "rx90 check rx90 cell/unloaded.parquet --all",
-    f"rx90 identify --model rx90 {CELL}",
-    f"rx90 identify --model rx90 {CELL} --compare-with 1,1,1,1,1,1 --gains-out gains.toml",
-    f"rx90 verify --model rx90 --gains gains.toml {LATER}", "rx90 verify gains.toml later.toml",
-    "rx90 payload-of later/loaded.parquet --model rx90 --gains gains.toml --unloaded later/unloaded.parquet",
-    "rx90 payload-of tool.csv --model arm.xml --gains gains.toml --unloaded bare.csv --json",
-    "rx90 torque later/loaded.parquet --gains gains.toml --out torque.parquet",
-    f"rx90 torque {FOREIGN} --gains gains.toml --out torques.parquet",
-    "rx90 patch arm.xml --gains gains.toml --nominal sheet.toml --out patched.xml",
-    "rx90 patch arm.xml --gains gains.toml --arm bare.json --links --out whole.xml",
-    "rx90 predict nominal", "rx90 predict nominal --method ls-2011",
-    "rx90 sensitivity nominal --out budget", "rx90 sensitivity nominal --repeats 4 --samples 8 --jobs 2 --out quick",
-    "rx90 monte-carlo nominal -n 8 --out trials", "rx90 monte-carlo arm/scenario.toml -n 300 --jobs 4 --out arm-trials",
-    "rx90 compare nominal --method nls --method ls-2011 -n 4 --out methods",
-    "rx90 compare nominal field --method 'exec: ./mine' -n 20 --time-limit 20 --out mine",
-    "rx90 report cell", "rx90 report trials --out trials.html",
-    "rx90 schema", "rx90 schema scenario",
-)  # fmt: skip
-"""Two commands of each kind, in the order of use; those on `rx90` use the folders of `run`."""
+EXAMPLES = files(__name__).joinpath("examples.txt").read_text(encoding="utf-8").splitlines()
+"""Two command lines of each command, in the order of use; those on `rx90` use the folders that `run` writes."""
 FIRST = [next(line for line in EXAMPLES if line.startswith(f"rx90 {name} ")) for name in ("run", "check", "identify")]
 """The commands that one needs first."""
 COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}

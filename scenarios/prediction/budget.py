@@ -207,19 +207,12 @@ class PredictedBudget(ResultModel):
         costs = list(zip(*(each.costs for each in self.joints), strict=True))  # of a source, by joint
         shown = [of_joints for of_joints in costs if any(each.rms >= LEAST for each in of_joints)]
         if shown:
-            series = {of[0].source: [100.0 * each.rms for each in of] for of in shown[: len(SERIES)]}
             joints = [each.joint for each in self.joints]
-            yield Plot(
-                title="Error of each gain from the largest sources alone",
-                caption="Root mean square, with all other sources off.",
-                x="Joint",
-                y="Error [% rms]",
-                draw=partial(
-                    draw_bars,
-                    joints=joints,
-                    series={name: dict(zip(joints, errors, strict=True)) for name, errors in series.items()},
-                ),
-            )
+            rms = {of[0].source: [100.0 * each.rms for each in of] for of in shown[: len(SERIES)]}
+            series = {source: dict(zip(joints, errors, strict=True)) for source, errors in rms.items()}
+            title, caption = "Error of each gain from the largest sources alone", "Root mean square, all others off."
+            draw = partial(draw_bars, joints=joints, series=series)
+            yield Plot(title=title, caption=caption, x="Joint", y="Error [% rms]", draw=draw)
         rows = [
             ("all together", *(percent(each.together.rms, ".3f") for each in self.joints)),
             ("  of which bias", *(percent(each.together.bias, "+.3f") for each in self.joints)),

@@ -16,9 +16,8 @@ NONE = "-"
 
 
 class Number(str):
-    """A number as it is printed, and its value in the unit of its column."""
+    """A number as it is printed, and its `value` in the unit of its column."""
 
-    __slots__ = ("value",)
     value: float
 
 

@@ -31,8 +31,6 @@ LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
-ONE_LINE = 60
-"""Characters of a legend on one line."""
 STYLE = Path(__file__).with_name("page.mplstyle")
 
 
@@ -66,7 +64,7 @@ class Plot:
         axes[0].set_ylabel(self.y)
         self.draw(*axes)
         if labels := axes[0].get_legend_handles_labels()[1]:
-            columns = 4 if sum(map(len, labels)) < ONE_LINE else 2
+            columns = 4 if sum(map(len, labels)) < 60 else 2  # 60 characters fit on a line
             whole.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=columns)
         return whole
 

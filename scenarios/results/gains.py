@@ -185,8 +185,8 @@ class Result(DiagnosedResult):
         revolute, masses = [True] * len(estimate.joints), set[float]()
         if prepared is not None:
             revolute = prepared.problem.structure.arm.revolute.tolist()
-            payloads = [each.payload for each in prepared.motions if each.payload is not None]
-            masses = {each.mass for each in payloads if each.known != "none"}
+            payloads = {each.payload for each in prepared.motions}
+            masses = {each.mass for each in payloads if each is not None and each.known != "none"}
         return cls(
             scenario=None,
             seed=None,

@@ -117,7 +117,7 @@ def test_of_equal_scores_the_smaller_rms_error_of_all_gains_is_first_and_told():
     assert [each.method for each in found.methods] == ["near", "wide"]
     np.testing.assert_allclose([each.rms for each in found.methods], np.sqrt([1.625e-4, 3.25e-4]), rtol=1e-9)
     said, *_ = Comparison(about={}, scenarios=[found]).parts()
-    assert said.text == "On s near scores 100.0 % (rms error 1.3 %), wide 100.0 % (rms error 1.8 %)."
+    assert said.text == "On s near scores 100.0 % (rms error 1.3 %), wide scores 100.0 % (rms error 1.8 %)."
 
 
 def test_tables_have_each_number_under_its_title():

@@ -44,7 +44,7 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path):
 def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
     folder = page_folders.comparison(tmp_path / "compared")
     report = page_of(folder)
-    rms = "(rms error 2.6 %), theirs 0.0 % (rms error 7.3 %)."  # of 1.2, 2.4 and 3.6 %, of 3.4, 6.8 and 10.2 %
+    rms = "(rms error 2.6 %), theirs scores 0.0 % (rms error 7.3 %)."  # of 1.2, 2.4 and 3.6 %, of 3.4, 6.8 and 10.2 %
     assert report.parts[0].text == f"On {page_folders.NAME} {page_folders.NAME} scores 66.7 % {rms}"
     rms, held = (part.figure().axes[0] for part in report.parts if isinstance(part, Plot))
     assert [bars.get_label() for bars in rms.containers] == [page_folders.NAME, "theirs"]

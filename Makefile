@@ -46,8 +46,10 @@ lint: .venv/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-bench: .venv/ready
-	for each in speed cold logs studies; do $(BIN)/python bench/$$each.py || exit 1; done
+BASE ?= HEAD
+
+bench: .venv/ready  # time and memory by phase beside the commit BASE, into out/bench.html
+	$(BIN)/python bench/speed.py $(BASE)
 
 DOWNLOADS ?= $(REAL_RECORDINGS)
 

@@ -193,7 +193,8 @@ def measured(tree: Path, folder: Path) -> dict[str, float]:
             f"exec {sys.executable} {words}", cwd=folder, env=environment, shell=True, stdout=subprocess.DEVNULL
         )
         _, status, usage = os.wait4(started.pid, 0)
-        if os.waitstatus_to_exitcode(status) in (0, 1):
+        started.returncode = os.waitstatus_to_exitcode(status)
+        if started.returncode in (0, 1):
             found[f"command: {name} [s of CPU]"] = usage.ru_utime + usage.ru_stime
             found[f"command: {name} [MB]"] = usage.ru_maxrss / 1024.0
     return found

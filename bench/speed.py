@@ -202,7 +202,7 @@ def measured(tree: Path, folder: Path) -> dict[str, float]:
 
 def page(base: str, rounds: Sequence[tuple[Mapping[str, float], Mapping[str, float]]]) -> object:
     """The report of rounds, each of this tree and of the base: what became slower, then every figure."""
-    from scenarios.rendering.content import Cell, Mood, Paragraph, Report, column, table
+    from scenarios.rendering.content import Cell, Mood, Paragraph, Report, column, many, table
 
     ratios = {name: [here[name] / there[name] for here, there in rounds if name in here and name in there]
               for name in rounds[0][0]}  # fmt: skip
@@ -228,7 +228,9 @@ def page(base: str, rounds: Sequence[tuple[Mapping[str, float], Mapping[str, flo
         column("Ratio", change),
     )
     verdict = Paragraph(said, Mood.BAD if slower else Mood.GOOD, strong=True)
-    return Report(f"Time and memory beside {base}, {len(rounds)} rounds", (verdict, shown), {"rounds": list(rounds)})
+    return Report(
+        f"Time and memory beside {base}, {many(len(rounds), 'round')}", (verdict, shown), {"rounds": list(rounds)}
+    )
 
 
 def main(words: Sequence[str]) -> None:

@@ -68,6 +68,7 @@ MODULES = {
             "experiments.statistics",
             "results.studies",
             "results.sensitivity",
+            "prediction.budget",
         ),
         "Folders that are left": ("results.run_folder", "experiments.study_folder", "results.problem_folder"),
         "Write a command, a report, workers": (

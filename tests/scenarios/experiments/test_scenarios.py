@@ -105,7 +105,7 @@ def test_json_of_a_run_keeps_the_contract(saved):
     assert (folder / "payload.toml").read_text().startswith("#:schema ")
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]
-    kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "cost"]
+    kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "cost", "sources", "mass"]
     assert list(result) == [*kept, "unseen", "diagnoses", "excluded", "untold"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert all(set(KEYS) <= set(gain) for gain in result["gains"])

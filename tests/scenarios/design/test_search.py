@@ -296,9 +296,11 @@ def test_a_search_that_is_stopped_leaves_its_best_which_an_improving_search_star
 def test_a_search_that_improves_writes_the_scenario_s_own_motion_where_it_finds_none_better(
     tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(module, "search", lambda first, *_: iter([first]))
+    given = []
+    monkeypatch.setattr(module, "search", lambda first, *more: given.extend(more) or iter([first]))
     monkeypatch.setattr(Series, "point", lambda self, _: self.drawn(np.zeros(6), np.random.default_rng(0)))
     assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve"]) == 0
+    assert given[:3] == [module.SMALL_STEP, 0, 40000]
     said = capsys.readouterr().err
     assert "so the scenario's own motion is written" in said
     start, now, change = map(float, re.search(r"at the start (\S+) %, now (\S+) % \((\S+) %\)", said).groups())

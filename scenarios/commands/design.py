@@ -269,7 +269,6 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", metavar="MODEL", type=arguments.file, help="MJCF or URDF file of the arm")
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
-    add("--name", help="name of the robot (default: that of the model)")
     what = "largest torque of each joint [N m, N] (default: from the file, or by a rule of thumb)"
     add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
     add("--rated-load", type=MASS, metavar="KG", help="rated load of the arm, an upper limit for the payload")
@@ -302,7 +301,6 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     new = new_robot(
         options.model,
         flange=options.flange,
-        name=options.name,
         home=options.home,
         torque=options.torque,
         rated_load=options.rated_load,

@@ -226,7 +226,6 @@ def new_robot(
     path: Path,
     *,
     flange: str | None = None,
-    name: str | None = None,
     home: Sequence[float] | None = None,
     torque: Sequence[float] | None = None,
     rated_load: float | None = None,
@@ -262,7 +261,7 @@ def new_robot(
         each = np.abs(torques(speed, bar(arm, 1.0)) - torques(speed, None)).max(axis=0)
         mounted, source = first_payload(arm, drives["current_limit"].value / np.maximum(each, 1e-9), usual, rated_load)
     new = NewRobot(
-        name=name or re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
+        name=re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
         path=path,
         arm=arm,
         flange=flange,

@@ -20,7 +20,6 @@ from sim.shapes import CLEARANCE
 from sim.trajectory import FourierTrajectory
 
 FILES = (ROBOT, SCENARIO, MOTION)
-MADE = "Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"
 ATTEMPTS = 3
 """Number of searches with other seeds until a motion identifies all gains."""
 HARMONICS, DURATION, TIMES = 6, 20.0, 2
@@ -202,6 +201,7 @@ def write_new_robot(new: NewRobot, motion: FourierTrajectory, predicted: Sequenc
     with TemporaryDirectory(dir=folder, prefix=".new-robot-") as staging:
         there = Path(staging)
         new.write(there, os.path.relpath(new.path.resolve(), folder.resolve()), predicted)
-        write_motion(motion, there / MOTION, [MADE])
+        made = "Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"
+        write_motion(motion, there / MOTION, [made])
         for name in FILES:
             os.replace(there / name, folder / name)

@@ -31,9 +31,6 @@ from sim.feedforward_currents import feedforward_currents, inertia_along, of_mot
 from sim.sensors import SensorOptions, logged, noises, without_spectrum
 from sim.sensors.sensor import Log, Noise
 
-RATE = 16.0
-"""Sufficient sampling rate, relative to the cut-offs; faster components are noise with known spectrum."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
@@ -73,9 +70,9 @@ class Expected:
 
 
 def enough(setup: Setup) -> int:
-    """Return the ratio of the controller's to the sufficient sampling rate."""
+    """Return the ratio of the controller's to the sufficient rate; faster components are noise of known spectrum."""
     observe = setup.scenario.table.identification.observe
-    rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
+    rate_hz = 16.0 * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
     return max(1, int(setup.scenario.table.experiment.controller.rate_hz / rate_hz))
 
 

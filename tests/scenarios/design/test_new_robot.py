@@ -102,9 +102,9 @@ def test_stated_values_are_published_and_others_assumed_with_their_source(servo_
 @pytest.mark.usefixtures("still")
 def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys):
     path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
-    found = made(path, tmp_path / "mine", capsys, "--flange", "tool0", "--name", "lift arm")
+    found = made(path, tmp_path / "mine", capsys, "--flange", "tool0")
     robot = read_robot(tmp_path / "mine/robot.toml")
-    assert (robot.name, robot.flange) == ("lift arm", "tool0")
+    assert (robot.name, robot.flange) == ("ros_arm", "tool0")
     np.testing.assert_allclose(robot.drives.current_limit, [120.0, 90.0, 60.0], rtol=1e-12)
     np.testing.assert_allclose(robot.drives.max_velocity, [2.5, 2.5, 0.5], rtol=1e-12)
     text = (tmp_path / "mine/robot.toml").read_text()
@@ -201,7 +201,7 @@ def contents(folder):
 @pytest.mark.usefixtures("still")
 def test_files_are_written_all_or_none_and_changed_ones_are_kept(servo_arm, tmp_path, capsys, monkeypatch):
     mine, fresh = tmp_path / "mine", tmp_path / "fresh"
-    made(servo_arm, mine, capsys, "--name", "first")
+    made(servo_arm, mine, capsys)
     before = contents(mine)
     other = written(tmp_path, "other.urdf", ros(more=GRIPPER))
     words = ["new-robot", str(other), "--flange", "tool0", "--out", str(mine)]
@@ -212,7 +212,7 @@ def test_files_are_written_all_or_none_and_changed_ones_are_kept(servo_arm, tmp_
 
         return fails
 
-    again = ["new-robot", str(servo_arm), "--name", "late", "--out"]
+    again = ["new-robot", str(servo_arm), "--out"]
     for name, error in (("best_fitted", TrajectoryError("no motion")), ("write_motion", OSError(28, "No space left"))):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(folder_module, name, failing(error))

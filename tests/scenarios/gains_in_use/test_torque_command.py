@@ -48,24 +48,6 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
     assert "expected a file name that ends with .parquet" in refused(capsys, [*words, str(out.with_suffix(".csv"))])
 
 
-def test_currents_in_another_unit_than_the_gains_are_refused(weighed_cell, tmp_path, capsys):
-    table = pd.read_parquet(weighed_cell / "run" / "light.parquet")
-    currents = [name for name in table if name.startswith("v")]
-    words = ["--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "t.parquet"), "--force"]
-
-    def status(factors) -> int:
-        log = tmp_path / "log.parquet"
-        table.assign(**{name: each * table[name] for name, each in zip(currents, factors, strict=True)}).to_parquet(log)
-        return main(["torque", str(log), *words])
-
-    assert status([1000.0] * 6) == 2
-    said = capsys.readouterr().err
-    assert "when the gains were identified, and likewise all joints; are the currents in another unit?" in said
-    assert "--columns states it" in said
-    assert not (tmp_path / "t.parquet").exists()
-    assert status([1000.0] * 5 + [3.0]) == 0  # not all of them: a collision
-
-
 def test_the_largest_current_of_any_recording_of_the_gains_counts_whatever_its_sign(weighed_cell):
     given = read_gains(weighed_cell / "gains.toml")
     for each in given.recordings:

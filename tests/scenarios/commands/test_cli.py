@@ -12,6 +12,7 @@ import scenarios.commands.catalog
 import scenarios.experiments.robots
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
+from scenarios.command_line.output import page
 from scenarios.command_line.process import Status
 from scenarios.commands import COMMANDS, command
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
@@ -153,6 +154,17 @@ def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys,
     assert main([*words, "--coupling", "5", "6", "--coupling", "2", "4"]) == Status.BAD_INPUT
     assert capsys.readouterr().err == "rx90: seen\n"
     assert asked == [((4, 5), (1, 3))]
+
+
+def test_colours_follow_the_terminal_unless_the_environment_says_otherwise(monkeypatch):
+    for terminal, term, none, force, coloured in (
+        (True, "xterm", "", "", True), (True, "dumb", "", "", False), (False, "xterm", "", "", False),
+        (False, "xterm", "", "1", True), (True, "xterm", "1", "1", False),
+    ):  # fmt: skip
+        monkeypatch.setattr("sys.stdout.isatty", lambda terminal=terminal: terminal)
+        for name, value in (("TERM", term), ("NO_COLOR", none), ("FORCE_COLOR", force)):
+            monkeypatch.setenv(name, value)
+        assert page().colour is coloured
 
 
 def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, capsys):

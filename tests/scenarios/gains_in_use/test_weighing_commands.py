@@ -11,6 +11,7 @@ from weighed_cell import MODEL, elsewhere, heavier, light, off, with_other
 import ident
 from ident.observation.observation import ObserveOptions
 from ident.recordings.files import write_recording
+from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.gains_in_use.known_gains import model_options, options_of
 from scenarios.results.gains_file import read_gains
@@ -101,6 +102,15 @@ def test_an_unknown_payload_is_found_with_the_gains_and_joints_that_disagree_are
     assert main(weighed(weighed_cell, gains="doubled.json")) == 0
     assert "WARNING: the joints disagree on the mass: " in (words := capsys.readouterr().out)
     assert "joint 2 alone" in words
+
+
+def test_a_delay_that_is_given_replaces_that_of_the_gains_file(weighed_cell, monkeypatch, capsys):
+    def prepared(*_, observing: ObserveOptions, **__) -> None:
+        raise NotIdentifiable(f"delay of {1e3 * observing.current_delay:g} ms")
+
+    monkeypatch.setattr("scenarios.gains_in_use.known_gains.prepare", prepared)
+    for more, said in (([], "of 0 ms"), (["--current-delay", "0.0043"], "of 4.3 ms")):
+        assert said in refused(capsys, [*weighed(weighed_cell), *more])
 
 
 def test_options_that_the_gains_were_found_with_hold(weighed_cell):

@@ -17,10 +17,9 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Severity
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
-from ident.estimation import cross_validation
-from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import DEFAULT
+from ident.estimation.intervals import TIME_BLOCKS, JointPrediction, cross_validated
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import GainOptions, ObservedMotion
 from ident.estimation.rows import Columns
@@ -154,7 +153,7 @@ class UsedModel:
 def used_model(arm: BareArm) -> UsedModel:
     """Return the model of an arm that was identified with given gains."""
     assert arm.gains is not None, "of an arm with fixed gains"
-    fits = {each.joint: each for each in cross_validation.predicted(arm.selected.final.rows)}
+    fits = {each.joint: each for each in cross_validated(arm.selected.final.rows)}
     base, covariance = arm.in_si()
     return UsedModel(gains=arm.gains, base=base, covariance=covariance, fits=fits)
 

@@ -130,6 +130,37 @@ def _not_fitted_to(Q: Array, e: Array) -> Array:
     return e + Q @ np.linalg.solve((1.0 + FREE_BLOCK) * np.eye(columns) - Q.T @ Q, Q.T @ e)
 
 
+TIME_BLOCKS = 5
+"""Number of time blocks of each motion for cross-validation."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointPrediction:
+    """How well a joint's currents are predicted on rows that were not fitted."""
+
+    joint: int  # from 0
+    share: float  # ratio of the norm of the prediction error to that of the currents
+    fitted: float  # ratio of the norm of the residual of the fit to all rows to that of the currents
+
+
+def cross_validated(rows: Rows, blocks: int = TIME_BLOCKS) -> tuple[JointPrediction, ...]:
+    """Predict every time block of every motion from the others, by fits without it, for each joint that has rows.
+
+    A model error common to all blocks is not detected; only a motion with another payload can reveal it.
+    """
+    error = np.zeros(len(rows.V))
+    for block, fresh in left_out(rows, blocks):
+        error[block] = fresh
+    return tuple(
+        JointPrediction(
+            joint=joint,
+            share=float(np.linalg.norm(error[rows.of(joint)]) / np.linalg.norm(rows.V[rows.of(joint)])),
+            fitted=rows.residual_share(joint),
+        )
+        for joint in rows.unknowns
+    )
+
+
 def classical(rows: Rows, influence: Array) -> Array:
     """Return the covariance for white residuals with one standard deviation per joint (eq. 20), shape (k, k)."""
     spread = influence * rows.of_joints(rows.sigma)

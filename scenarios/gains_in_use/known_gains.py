@@ -11,9 +11,9 @@ from pydantic import Field, JsonValue
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.gain_checks import OTHER_UNIT
 from ident.diagnosis.plausibility import prediction_warnings
-from ident.estimation.cross_validation import predicted
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.intervals import cross_validated
 from ident.estimation.known_gains import JointTorque, KnownGains
 from ident.estimation.problem import GainOptions
 from ident.identification import doubts, estimate_by
@@ -133,7 +133,7 @@ def bare_result(
     assert ratios is not None, "ratios were asked for"
     in_si = None if known is None else arm_in_SI(prepared.problem, options, known)
     gain, off = ({}, {}) if known is None else (known.by_joint, ratios.against(known))
-    share = {each.joint: each for each in predicted(found.selected.final.rows)}
+    share = {each.joint: each for each in cross_validated(found.selected.final.rows)}
     links = consistent_links(in_si, robot)
     result = BareResult(
         reference=ratios.reference + 1,

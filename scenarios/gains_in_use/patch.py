@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 from ident.diagnosis.diagnosis import Severity, two_digits, worst_first
 from ident.diagnosis.gain_checks import link_mass_factor
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
-from ident.estimation.cross_validation import JointPrediction
+from ident.estimation.intervals import JointPrediction
 from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm
 from ident.model.structure import Structure
@@ -297,9 +297,7 @@ def predicted_by_models(
     observing, limits = options_of(ObserveOptions, gains.options.observe), options_of(GainOptions, gains.options.gains)
     unseen = unseen_motion(log, [], structure, observing=observing, gains=limits)
     fits = {
-        each.joint - 1: JointPrediction(
-            joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)
-        )
+        each.joint - 1: JointPrediction(each.joint - 1, each.predicted_rel_error, each.fitted_rel_error)
         for each in (bare.joints if bare is not None and links else ())
         if each.predicted_rel_error is not None and each.fitted_rel_error is not None
     }

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.estimation.cross_validation import JointPrediction
+from ident.estimation.intervals import JointPrediction
 from ident.estimation.known_gains import KnownGains
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
@@ -14,7 +14,7 @@ from ident.unseen import UnseenMotion, UsedModel
 
 LOG = Motion(Recording(np.arange(9.0), *2 * [np.outer(np.arange(9.0), np.ones(6))], "new"), None)
 """Its samples are nobody's: what they give is made apart."""
-FIT = {2: JointPrediction(joint=2, share=0.02, fitted=0.017, gain_change=np.zeros(0))}
+FIT = {2: JointPrediction(joint=2, share=0.02, fitted=0.017)}
 
 
 def loaded_motion(structure: Structure, heavy: Payload, rng: np.random.Generator) -> tuple[UnseenMotion, np.ndarray]:

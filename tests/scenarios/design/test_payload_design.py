@@ -210,7 +210,7 @@ def test_the_command_writes_a_payload_with_which_all_six_gains_are_identified(de
     monkeypatch.setattr(module, "design_payload", lambda *_, **__: designed)
     out = tmp_path / "weight.toml"
     assert main(["payload", "nominal", "--out", str(out), "--json"]) == 0
-    assert printed(capsys, "payload-design")["after"]["payload"] == payload_to_table(read_payload(out))
+    assert printed(capsys, "payload-design")["candidates"][0]["payload"] == payload_to_table(read_payload(out))
     table = designed.after.payload
     plant = {key: table[key] for key in ("mass", "com", "inertia")}
     # Seed 0; the deviations are a quarter of the tolerance.

@@ -169,15 +169,15 @@ def check_own_motors(arm: Arm, minimal: MinimalModel) -> None:
 def stated_transmission(minimal: MinimalModel, joints: Sequence[str]) -> Array | None:
     """Return the matrix of the motors on fixed tendons of an MJCF, shape (n, n); None without any, or for more motors.
 
-    A motor has the row of the first of its joints that no other motor has.
+    A motor has the row of the first of its joints that has neither a motor of its own nor one of the tendons before.
     """
-    A, taken = np.eye(len(joints)), list[int]()
+    A, free = np.eye(len(joints)), [name for name in joints if name not in minimal.own]
     for ratios in minimal.shared.values() if minimal.kind == "mjcf" else ():
-        own = [joints.index(name) for name in ratios]
-        taken += [next((j for j in own if j not in taken), -1)]
-        A[taken[-1]] = 0.0
-        A[taken[-1], own] = list(ratios.values())
-    return A if taken and -1 not in taken else None
+        if (mine := next((name for name in ratios if name in free), None)) is None:
+            return None
+        free.remove(mine)
+        A[joints.index(mine)] = [ratios.get(name, 0.0) for name in joints]
+    return A if minimal.kind == "mjcf" and minimal.shared else None
 
 
 def load_pinocchio(minimal: MinimalModel, path: str | Path) -> "pin.Model":

@@ -60,6 +60,7 @@ class MinimalModel:
         gravity: Gravity in the world frame [m/s^2].
         ranges: Ends of joints by name [rad or m], where Pinocchio would read others.
         shared: Joints that one motor moves, with ratios, by its place in the file.
+        own: Joints with a motor that moves no other joint.
     """
 
     kind: str
@@ -67,6 +68,7 @@ class MinimalModel:
     gravity: tuple[float, ...] = EARTH
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
     shared: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
+    own: frozenset[str] = frozenset()
 
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
@@ -95,20 +97,29 @@ def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> Min
     ET.SubElement(arm, "compiler", {"angle": "radian"})
     ET.SubElement(arm, "option", {"gravity": " ".join(map(repr, gravity))})
     ET.SubElement(ET.SubElement(arm, "worldbody"), "body", {"name": around}).extend(bodies)
-    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges, _shared(root, arm))
+    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges, *_motors(root, arm))
 
 
-def _shared(root: ET.Element, arm: ET.Element) -> dict[str, dict[str, float]]:
-    """Return the joints of the arm that one motor moves together, through a fixed tendon, with their ratios."""
-    joints, found = {each.get("name") for each in arm.iter("joint")}, dict[str, dict[str, float]]()
+def _motors(root: ET.Element, arm: ET.Element) -> tuple[dict[str, dict[str, float]], frozenset[str]]:
+    """Return the arm's joints that one motor moves together by a fixed tendon, with ratios, and those with their own.
+
+    Actuators on one tendon, such as a position and a velocity servo, are one motor.
+    """
+    joints = {each.get("name", "") for each in arm.iter("joint")}
     tendons = {each.get("name"): each for each in root.findall("tendon/fixed")}
+    shared, alone, seen = dict[str, dict[str, float]](), set[str](), set[str]()
     for motor in (each for section in root.findall("actuator") for each in section):
-        ends = tendons[motor.get("tendon")].findall("joint") if motor.get("tendon") in tendons else []
-        own = [(each.get("joint", ""), vector(each, "coef", 1) or (1.0,)) for each in ends]
-        ratios = {name: ratio for name, (ratio,) in own if name in joints}
-        if len(ratios) > 1:
-            found[title(motor)] = ratios
-    return found
+        ratios, name = {motor.get("joint", motor.get("jointinparent", "")): 1.0}, motor.get("tendon", "")
+        if name in tendons:
+            ends = tendons[name].findall("joint")
+            ratios = {each.get("joint", ""): (vector(each, "coef", 1) or (1.0,))[0] for each in ends}
+        ratios = {joint: ratio for joint, ratio in ratios.items() if ratio and joint in joints}
+        if len(ratios) == 1:
+            alone |= ratios.keys()
+        elif ratios and name not in seen:
+            shared[title(motor)] = ratios
+            seen.add(name)
+    return shared, frozenset(alone)
 
 
 def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int) -> None:

@@ -40,7 +40,8 @@ BEFORE = (
     "Mount exactly what the files describe: hoses, sensors and grippers either are part of the payload or stay mounted "
     "for bare motions too.",
     "Log a minute at rest: positions must not drift, and each sample must be logged exactly once.",
-    "Turn each joint by hand or slowly: the logged position must increase with that of the model's joint.",
+    "Turn each joint by hand or slowly: the logged position must increase with that of the model's joint, or as "
+    "q_motor = A q if motors turn several joints.",
 )
 SAFETY = (
     "This page does not replace the robot's manual or a risk assessment of your cell: the motion avoids only the arm's "
@@ -128,6 +129,10 @@ class Recorded(ResultModel):
         description="Limits of the arm that the motion exceeds, in words, one entry per joint and limit"
     )
 
+    transmission: list[list[float]] | None = Field(
+        description="Matrix A of motors that several joints turn: the motion is that of the motors, q_motor = A q"
+    )
+
     @classmethod
     def of(cls, setup: Setup, motion: States) -> "Recorded":
         """Return the motion of a scenario with the limits that it uses; no files yet."""
@@ -148,7 +153,10 @@ class Recorded(ResultModel):
         }
         beyond = [f"joint {j + 1}: {what}" for j in range(arm.n) for what, beyond in over.items() if beyond[j]]
         samples, end = len(motion.t), float(motion.t[-1])
-        return cls(files=[], kept=[], samples=samples, duration_s=end, joints=joints, beyond_limits=beyond)
+        A = None if arm.transmission is None else arm.transmission.tolist()
+        return cls(
+            files=[], kept=[], samples=samples, duration_s=end, joints=joints, beyond_limits=beyond, transmission=A
+        )
 
     def motion(self) -> list[Part]:
         """Return the table of the motion, and the limits that it exceeds."""
@@ -174,6 +182,9 @@ class Recorded(ResultModel):
         if self.beyond_limits:
             words = f"Beyond the robot's limits: {', '.join(self.beyond_limits)}."
             parts.append(Paragraph(words, Mood.BAD, strong=True))
+        if self.transmission is not None:
+            words = f"This motion, also in the files, is that of the motors, q_motor = A q, A = {self.transmission}."
+            parts.append(Paragraph(words))
         return [*parts, Paragraph("In rad, rad/s, rad/s^2; m for prismatic joints.")]
 
     def parts(self) -> Iterable[Part]:
@@ -234,9 +245,9 @@ def instructions(setup: Setup, recorded: Recorded, name: str, expected: Diagnose
         ),
         Heading("Log"),
         Paragraph(
-            "Time, positions of the joints and currents of the drives, each motion from its start to its end, "
-            f"at {slowest_hz(observe):g} Hz or more. Rates above {REGRESSOR_RATE * observe.cutoff_hz:g} Hz do not "
-            "improve the result, as faster logs are averaged."
+            f"Time, positions of the {'joints' if robot.transmission is None else 'motors'} and currents of the "
+            f"drives, each motion from its start to its end, at {slowest_hz(observe):g} Hz or more. Rates above "
+            f"{REGRESSOR_RATE * observe.cutoff_hz:g} Hz do not improve the result, as faster logs are averaged."
         ),
         Paragraph(
             "Positions and currents from one clock, unfiltered if possible. State the kind of current: measured or "

@@ -25,6 +25,7 @@ from ident.observation.observation import ObserveOptions
 from ident.parameters.links import ModelLinks
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
+from ident.support.errors import GainsError
 from ident.support.naming import one_line
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.robots import model_base, nominal_links
@@ -87,6 +88,11 @@ def joint_values(
     """
     arm = structure.arm
     for file in (gains, nominal):
+        if file is not None and file.transmission:
+            raise GainsError(
+                "gains: of motors that several joints turn (transmission), but a model file has torques, friction and "
+                "rotor inertias of joints, so nothing is written"
+            )
         if file is not None:
             file.of(arm)
     if bare is not None and (found := tuple(each.name for each in bare.joints)) != arm.joint_names:

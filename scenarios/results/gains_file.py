@@ -169,10 +169,11 @@ class GainsFile(Table):
         known.check_arm(arm)
         if self.transmission != (None if arm.transmission is None else tuple(map(tuple, arm.transmission.tolist()))):
             raise GainsError(
-                f"gains: identified with the transmission {shown(self.transmission)}, which robot {arm.name} does not "
-                "have; use the robot.toml that they were identified with"
+                f"gains: of motors with a transmission that {arm.name} does not have; give the robot.toml that they "
+                "were identified with"
                 if self.transmission
-                else f"gains of a motor for each joint, but those of robot {arm.name} turn with several (transmission)"
+                else f"gains: of motors that turn one joint each, but those of {arm.name} turn several; if the gains "
+                "are of these, copy transmission from its robot.toml into the gains file"
             )
         return known
 
@@ -200,7 +201,9 @@ def read_gains(path: Path) -> GainsFile:
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
-    """Check that each joint's gains have the same unit in both files."""
+    """Check that each joint's gains have the same unit in both files, and motors the same transmission."""
+    if A.transmission != B.transmission:
+        raise ScenarioError("gains files: their motors have different transmissions; expected two files of one arm")
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:
             raise ScenarioError(

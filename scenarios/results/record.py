@@ -238,6 +238,8 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
     coupled = [
         f"motor {second} turns by the sum of joints {first} and {second}" for first, second in record.robot.couplings
     ]
+    if record.robot.transmission is not None:
+        coupled = [f"transmission = {[list(row) for row in record.robot.transmission]}"]
     method = {} if record.method is None else {"method": f"{record.method} {listed(record.options)}".strip()}
     assumed = method | {
         "arm": f"{given.arm.name}: {given.arm.n} joints, kinematics from the model file; its inertias are not used",
@@ -253,7 +255,8 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
     about = {"Made": record.created, **({} if seed is None else {"Seed": str(seed)})}
     about["Recordings"] = ", ".join(record.sources)
     commands = {"Original command": record.command} if record.command else {}
-    commands["The same from these files"] = again(folder, record)
+    if record.robot.transmission is None:  # which only a robot file states
+        commands["The same from these files"] = again(folder, record)
     parts: list[Part] = [Heading("What was assumed"), pairs_table("What", "Value", assumed)]
     return parts + repeated(commands, about, record.versions, record.files)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from ident.payload.payload import write_payload
 from ident.recordings.files import write_recording
 from ident.recordings.recording import Recording
+from scenarios.experiments.robots import robot_file
 from scenarios.experiments.run import Run, as_identified
 from scenarios.experiments.scenario import CHECK, Setup
 from scenarios.experiments.scenario_files import LOADED
@@ -92,10 +93,12 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
 
 
 def model_words(setup: Setup) -> list[str]:
-    """Return the arguments for the arm: model file, flange and couplings."""
-    robot = setup.experiments[0].plant.robot
+    """Return the arguments for the arm: model file, flange and couplings, or a robot file with a transmission."""
+    robot, scenario = setup.experiments[0].plant.robot, setup.scenario
+    if robot.transmission is not None:
+        return [str(robot_file(scenario.table.robot, scenario.folder))]
     flange = [] if robot.flange is None else ["--flange", robot.flange]
-    return [str(robot.model.resolve()), *flange, *coupling_words(setup.scenario.table.belief.couplings)]
+    return [str(robot.model.resolve()), *flange, *coupling_words(scenario.table.belief.couplings)]
 
 
 def identify_command(setup: Setup, folder: Path) -> str:

@@ -188,7 +188,7 @@ def test_every_file_of_the_motion_agrees_with_its_closed_form(tmp_path, capsys):
 def test_exceeded_limits_are_named():
     rated = SimpleNamespace(max_velocity=np.array([1.0, 2.0]), max_acceleration=np.array([3.0, 4.0]))
     plant = SimpleNamespace(robot=SimpleNamespace(drives=rated))
-    arm = SimpleNamespace(n=2, joint_names=("a", "b"), lower=np.full(2, -9.0), upper=np.full(2, 9.0))
+    arm = SimpleNamespace(n=2, joint_names=("a", "b"), lower=np.full(2, -9.0), upper=np.full(2, 9.0), transmission=None)
     setup = SimpleNamespace(plant=plant, structure=SimpleNamespace(arm=arm))
     q, dq, ddq = np.array([[0.3, 0.7], [0.3, -9.2]]), np.array([[-1.1, 0.0]] * 2), np.array([[0.0, 4.1]] * 2)
     found = Recorded.of(setup, States(np.arange(2.0), q, dq, ddq))

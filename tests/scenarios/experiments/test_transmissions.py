@@ -9,19 +9,23 @@ from plants import RX90, short_motion
 import rx90_mjcf
 import scenarios
 from ident.estimation.problem import GainOptions
-from ident.model.arm import load_arm
+from ident.model.arm import load_arm, load_joints, stated_transmission
+from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import GainsError, RobotModelError
+from scenarios.cli import main
 from scenarios.design.excitation import CLEARANCE, SHARES, Design
 from scenarios.design.new_robot import new_robot
 from scenarios.design.record import sampled
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import structure
 from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.gains_in_use.patch import joint_values
 from scenarios.prediction.deviations import ArmModel
 from scenarios.prediction.predictor import expected_logs
-from scenarios.results.gains_file import gains_file
+from scenarios.results.gains_file import check_units, gains_file
 from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
+from scenarios.support.errors import ScenarioError
 from sim.feedforward_currents import feedforward_currents
 from sim.robot import read_robot
 
@@ -61,8 +65,13 @@ def test_gains_of_motors_are_found_and_belong_to_that_transmission(scenario, tmp
     file.of(loaded.arm)
     with pytest.raises(GainsError, match="transmission"):
         file.of(load_arm(RX90.model))
+    own = file.model_copy(update={"transmission": None})
     with pytest.raises(GainsError, match="several"):
-        file.model_copy(update={"transmission": None}).of(loaded.arm)
+        own.of(loaded.arm)
+    with pytest.raises(ScenarioError, match="different transmissions"):
+        check_units(file, own)
+    with pytest.raises(GainsError, match="nothing is written"):
+        joint_values(structure_of(load_arm(RX90.model)), file, None, None, most=0.1)
     write_problem(tmp_path / "problem", origin)
     np.testing.assert_array_equal(read_problem(tmp_path / "problem").arm.transmission, A)
 
@@ -118,3 +127,30 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
     np.testing.assert_array_equal(robot.motors, new.transmission)
     assert "joint_compliance" not in (tmp_path / "robot/scenario.toml").read_text()
     np.testing.assert_array_equal(structure(robot, ()).arm.transmission, new.transmission)
+
+
+@pytest.mark.parametrize(
+    ("motors", "rows"),
+    [
+        ('<motor joint="pitch"/><position tendon="mB"/><velocity tendon="mB"/>', [[1.0, 0.0], [1.5, -2.0]]),
+        ('<motor tendon="mB"/><motor joint="roll"/>', [[1.5, -2.0], [0.0, 1.0]]),
+        ('<motor tendon="mB"/><motor joint="roll"/><motor joint="pitch"/>', None),
+    ],
+)
+def test_a_tendon_takes_the_row_of_a_joint_that_has_no_motor_of_its_own(tmp_path, motors, rows):
+    start = TENDONS.index('<motor name="aA"')
+    (tmp_path / "wrist.xml").write_text(TENDONS[:start] + motors + "</actuator></mujoco>")
+    arm, minimal = load_joints(tmp_path / "wrist.xml")
+    found = stated_transmission(minimal, arm.joint_names)
+    assert rows is None if found is None else found[1:, 1:].tolist() == rows
+
+
+def test_commands_for_such_a_robot_name_its_file_and_pages_say_what_turns(scenario, tmp_path, capsys):
+    assert main(["record", scenario, "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "record.md").read_text(encoding="utf-8")
+    commands = [line for line in page.splitlines() if line.startswith("    rx90 ") and ".parquet" in line]
+    robot = str(load_scenario(scenario).folder / "robot.toml")
+    assert [robot in line for line in commands] == [False, True, True, True]  # convert needs none
+    assert f"q_motor = A q, A = {A.tolist()}" in page
+    assert "positions of the motors" in page
+    assert f"A = {A.tolist()}" in " ".join(capsys.readouterr().out.split())

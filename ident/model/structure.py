@@ -118,9 +118,9 @@ class Structure:
 
     @property
     def first_links(self) -> list[int]:
-        """First link that each motor moves, from 0: its own, but for motors that several joints turn."""
-        through = self.arm.to_joints
-        return list(range(self.arm.n)) if through is None else np.argmax(through != 0.0, axis=0).tolist()
+        """First link with columns of each motor, from 0: the first one that it moves, or its own, with its drive."""
+        own, through = np.arange(self.arm.n), self.arm.to_joints
+        return (own if through is None else np.minimum(own, np.argmax(through != 0.0, axis=0))).tolist()
 
     @property
     def payload_columns(self) -> Indices:

@@ -231,6 +231,9 @@ def check_currents(file: GainsFile, recording: Recording) -> tuple[str, ...]:
     return (f"{'; '.join(words)}: at larger currents a gain may differ",) if words else ()
 
 
+OF_MOTORS = "torques are those of the motors; those of the joints are A' times these, A the transmission of the gains"
+
+
 class TorqueJoint(ResultModel):
     """Torque of a joint, or force if it slides."""
 
@@ -269,7 +272,7 @@ class Torques(ResultModel):
                 for entry in file.gains
                 if not entry.identifiable
             ],
-            notes=[*file.notes, *remarks],
+            notes=[*file.notes, *remarks, *([OF_MOTORS] if file.transmission else ())],
             robot=file.robot,
             torques=[
                 TorqueJoint(

@@ -162,7 +162,8 @@ def check_own_motors(arm: Arm, minimal: MinimalModel) -> None:
         if not (alone and set(ratios) in stated and len(set(ratios.values())) == 1):
             raise RobotModelError(
                 f"{motor}: it moves joints {enumerated(list(ratios))} together; state the matrix `transmission` in a "
-                "robot.toml (rx90 new-robot writes one), or --coupling I J for friction at the sum of two speeds"
+                "robot.toml (rx90 new-robot writes one, of a URDF without this element), or --coupling I J for "
+                "friction at the sum of two speeds"
             )
 
 

@@ -117,7 +117,7 @@ def _motors(root: ET.Element, arm: ET.Element) -> tuple[dict[str, dict[str, floa
         if len(ratios) == 1:
             alone |= ratios.keys()
         elif ratios and name not in seen:
-            shared[title(motor)] = ratios
+            shared[f"{title(motor)} on tendon {name!r}"] = ratios
             seen.add(name)
     return shared, frozenset(alone)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.model.arm import Arm, check_own_motors, load_joints, stated_transmission
+from ident.model.arm import Arm, check_own_motors, load_joints, stated_transmission, with_transmission
 from ident.payload.payload import LIGHTEST, Payload, payload_to_table, read_payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
@@ -242,14 +242,16 @@ def new_robot(
     transmission = stated_transmission(minimal, arm.joint_names)
     if transmission is None:
         check_own_motors(arm, minimal)
+    A = np.eye(arm.n) if transmission is None else with_transmission(arm, transmission).transmission
+    assert A is not None
     for what, given in (("home", home), ("torque", torque)):
         if given is not None and len(given) != arm.n:
             joints = ", ".join(arm.joint_names)
             raise PlantError(f"{what}: {len(given)} values, but the arm has {arm.n} joints: {joints}")
     compiled = bare_arm(path, np.zeros(arm.n), flange)
     usual = DEFAULTS["load"].value * float(compiled.body_subtreemass[compiled.jnt_bodyid[0]])
-    torques = partial(random_torques, arm, path, flange)
-    drives = drives_by_default(arm, path, facts, lambda speed: torques(speed, bar(arm, usual)), torque)
+    torques = partial(random_torques, arm, path, flange, A)
+    drives = drives_by_default(arm, path, facts, lambda speed: torques(speed, bar(arm, usual)), A, torque)
     if isinstance(payload, Path):
         mounted, source = read_payload(payload), f"as specified in {payload.name}"
         if mounted.com is None or mounted.inertia is None:
@@ -277,11 +279,17 @@ def new_robot(
 
 
 def drives_by_default(
-    arm: Arm, model: Path, facts: ModelFacts, need: Callable[[Array], Array], torque: Sequence[float] | None = None
+    arm: Arm,
+    model: Path,
+    facts: ModelFacts,
+    need: Callable[[Array], Array],
+    A: Array,
+    torque: Sequence[float] | None = None,
 ) -> dict[str, Stated]:
     """Return the tables of a robot file's `[drives]`, by name.
 
-    `need` returns torques at random states (., n) with speeds up to these, `torque` are stated largest ones [N m or N].
+    `need` returns torques at random states (., n) with speeds up to these, `torque` are stated largest ones [N m or N],
+    all of the motors, which the joints turn by A, shape (n, n).
     """
 
     def stated(values: Mapping[str, float], name: str, default: Array) -> Stated:
@@ -294,7 +302,7 @@ def drives_by_default(
         )
 
     usual = DEFAULTS["max_velocity"]
-    speed = stated(facts.velocity, "max_velocity", np.where(arm.revolute, usual.value, usual.second))
+    speed = stated(facts.velocity, "max_velocity", np.abs(A) @ np.where(arm.revolute, usual.value, usual.second))
     limit = Stated(np.array(torque), "the torques that rx90 new-robot was given")
     if torque is None:
         most = DEFAULTS["current_limit"].value * np.abs(need(speed.value)).max(axis=0)
@@ -360,18 +368,21 @@ def home_pose(arm: Arm, facts: ModelFacts, design: Design, given: Sequence[float
     return Stated(pose, f"{what}, {1e3 * distance.max():.0f} mm or more from floor and arm")
 
 
-def random_torques(arm: Arm, model: Path, flange: str | None, speed: Array, load: Payload | None) -> Array:
-    """Return torques at random states, of speeds up to `PACE` times the largest [N m or N], shape (STATES, n).
+def random_torques(arm: Arm, model: Path, flange: str | None, A: Array, speed: Array, load: Payload | None) -> Array:
+    """Return torques of the motors, which turn by A q, at random states [N m or N], shape (STATES, n).
 
-    Joints without limits turn by half a turn either way.
+    A joint's speed is up to `PACE` times what each motor, at its own of `speed`, allows it if the others rest. Joints
+    without limits turn by half a turn either way.
     """
+    with np.errstate(divide="ignore"):
+        speed = (speed[:, None] / np.abs(A)).min(axis=0)
     rng, acceleration = np.random.default_rng(0), DEFAULTS["max_acceleration"].value
     endless = ~np.isfinite(arm.upper - arm.lower)
     ends = np.where(endless, -HALF_TURN, arm.lower), np.where(endless, HALF_TURN, arm.upper)
     q = rng.uniform(*ends, (STATES, arm.n))
     dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (PACE * speed, PACE * acceleration * speed))
     body = None if load is None else body_of(load)
-    return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, body), q, dq, ddq)
+    return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, body), q, dq, ddq) @ np.linalg.inv(A)
 
 
 def bar(arm: Arm, mass: float) -> Payload:

@@ -218,7 +218,7 @@ def test_a_motor_on_two_joints_is_read_only_with_the_coupling_stated_that_it_is(
         ([summed, (3.0, -3.0)], pair),  # a differential
     ):
         path = written(tmp_path, "arm.xml", menagerie(tail=motors(*ratios)))
-        with pytest.raises(RobotModelError, match="'m0': it moves joints elbow and wrist together"):
+        with pytest.raises(RobotModelError, match="'m0' on tendon 't0': it moves joints elbow and wrist together"):
             load_arm(path, couplings)
 
 

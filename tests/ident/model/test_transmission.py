@@ -8,8 +8,10 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
 from pinocchio_arms import ELBOW, WRIST, random_arm, standard_parameters_of
 from pinocchio_arms import rnea as torque_of_joints
 
+from ident.estimation.sweep import across, tilted
 from ident.identification import identify
 from ident.model.arm import Arm, arm_from_pinocchio, with_transmission
+from ident.model.displacement import Dynamics, Kinematics, States
 from ident.model.regressor import inverse_dynamics, regressor, regressor_blocks
 from ident.model.structure import structure_of
 from ident.recordings.recording import Motion
@@ -36,6 +38,18 @@ def test_torques_of_motors_do_the_work_of_those_of_the_joints(A, rng):
         ((_, part),) = regressor_blocks(arm, *motors, first=first, weight=weight)
         expected = np.moveaxis(weight[..., None] * W, 0, 2)[first:]
         np.testing.assert_allclose(part, expected, rtol=0, atol=1e-12 * np.abs(W).max())
+
+
+def test_a_tilted_base_changes_the_torques_of_the_motors_by_its_gravity(rng):
+    model = random_arm(rng, 6, prismatic=0.0)
+    arm = with_transmission(arm_from_pinocchio(model), WRIST)
+    motion = States(*rng.uniform(-2.0, 2.0, (3, 7, 6)))
+    chi = np.hstack((standard_parameters_of(model), np.zeros((6, 4)))).ravel()
+    found = tilted(Dynamics.of(Kinematics.of(arm, motion), chi))
+    for k, u in enumerate(across(arm)):  # torques are linear in gravity, which turns about u the other way
+        turned = replace(arm, gravity=arm.gravity + np.cross(arm.gravity, u))
+        change = inverse_dynamics(turned, chi, *motion) - inverse_dynamics(arm, chi, *motion)
+        np.testing.assert_allclose(found[..., k], change, rtol=0, atol=1e-11 * np.abs(change).max())
 
 
 def test_motors_reach_what_their_joints_reach_together(arm):

@@ -15,18 +15,21 @@ from ident.observation.observation import ObserveOptions
 from ident.support.errors import GainsError, RobotModelError
 from scenarios.cli import main
 from scenarios.design.excitation import CLEARANCE, SHARES, Design
-from scenarios.design.new_robot import new_robot
+from scenarios.design.new_robot import bar, new_robot
 from scenarios.design.record import sampled
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import structure
 from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.experiments.schema import body_of
 from scenarios.gains_in_use.patch import joint_values
 from scenarios.prediction.deviations import ArmModel
 from scenarios.prediction.predictor import expected_logs
 from scenarios.results.gains_file import check_units, gains_file
 from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
 from scenarios.support.errors import ScenarioError
+from sim.controller import inverse_dynamics
 from sim.feedforward_currents import feedforward_currents
+from sim.plant import bare_arm
 from sim.robot import read_robot
 
 A = np.eye(6)
@@ -121,6 +124,16 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
         load_arm(tmp_path / "wrist.xml")
     new = new_robot(tmp_path / "wrist.xml")
     np.testing.assert_array_equal(new.transmission, [[1.0, 0.0, 0.0], [0.0, 1.0, 3.0], [0.0, 1.5, -2.0]])
+    A = new.transmission
+    assert new.drives["max_velocity"].value.tolist() == [2.0, 8.0, 7.0]  # 2 rad/s of each joint at once
+    rng, speed = np.random.default_rng(3), np.array([2.0, 7.0 / 1.5, 8.0 / 3.0]) / 3.0  # of one joint alone
+    states = [rng.uniform(low, high, (4000, 3)) for low, high in ((new.arm.lower, new.arm.upper), (-speed, speed))]
+    load = body_of(bar(new.arm, 0.1 * 5.5))  # a tenth of the links
+    joints = inverse_dynamics(
+        bare_arm(tmp_path / "wrist.xml", np.zeros(3), None, load), *states, 4.0 * rng.uniform(-speed, speed, (4000, 3))
+    )
+    share = 2.0 * np.abs(np.linalg.solve(A.T, joints.T)).max(axis=1) / new.drives["current_limit"].value
+    assert ((share[1:] > 0.98) & (share[1:] < 1.25)).all()  # 200 states see somewhat less than 4000; 80 N m are stated
     (tmp_path / "robot").mkdir()
     new.write(tmp_path / "robot", "../wrist.xml", [0.01] * 3)
     robot = read_robot(tmp_path / "robot/robot.toml")
@@ -134,6 +147,7 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
     [
         ('<motor joint="pitch"/><position tendon="mB"/><velocity tendon="mB"/>', [[1.0, 0.0], [1.5, -2.0]]),
         ('<motor tendon="mB"/><motor joint="roll"/>', [[1.5, -2.0], [0.0, 1.0]]),
+        ('<motor tendon="mB"/><motor tendon="mA"/>', [[1.5, -2.0], [1.0, 3.0]]),  # without names on one line
         ('<motor tendon="mB"/><motor joint="roll"/><motor joint="pitch"/>', None),
     ],
 )

@@ -43,12 +43,12 @@ def test_torques_of_motors_do_the_work_of_those_of_the_joints(A, rng):
 def test_a_tilted_base_changes_the_torques_of_the_motors_by_its_gravity(rng):
     model = random_arm(rng, 6, prismatic=0.0)
     arm = with_transmission(arm_from_pinocchio(model), WRIST)
-    motion = States(*rng.uniform(-2.0, 2.0, (3, 7, 6)))
+    states = rng.uniform(-2.0, 2.0, (3, 7, 6))
     chi = np.hstack((standard_parameters_of(model), np.zeros((6, 4)))).ravel()
-    found = tilted(Dynamics.of(Kinematics.of(arm, motion), chi))
+    found = tilted(Dynamics.of(Kinematics.of(arm, States(*states)), chi))
     for k, u in enumerate(across(arm)):  # torques are linear in gravity, which turns about u the other way
         turned = replace(arm, gravity=arm.gravity + np.cross(arm.gravity, u))
-        change = inverse_dynamics(turned, chi, *motion) - inverse_dynamics(arm, chi, *motion)
+        change = inverse_dynamics(turned, chi, *states) - inverse_dynamics(arm, chi, *states)
         np.testing.assert_allclose(found[..., k], change, rtol=0, atol=1e-11 * np.abs(change).max())
 
 

@@ -130,7 +130,7 @@ class Recorded(ResultModel):
     )
 
     transmission: list[list[float]] | None = Field(
-        description="Matrix A of motors that several joints turn: the motion is that of the motors, q_motor = A q"
+        description="Ratios A of motors that several joints turn: the motion is that of the motors, q_motor = A q"
     )
 
     @classmethod

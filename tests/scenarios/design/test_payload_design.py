@@ -221,7 +221,7 @@ def test_the_command_writes_a_payload_with_which_all_six_gains_are_identified(de
     assert main(["run", str(tmp_path / "cell.toml")]) == 0
     hidden = [each.model_copy(update={"shown": each.joint != 4}) for each in designed.after.joints]
     after = designed.after.model_copy(update={"joints": hidden})
-    monkeypatch.setattr(module, "design_payload", lambda *_, **__: designed.model_copy(update={"after": after}))
+    monkeypatch.setattr(module, "design_payload", lambda *_, **__: designed.model_copy(update={"candidates": [after]}))
     capsys.readouterr()
     assert main(["payload", "nominal"]) == 1
     assert "No payload within the limits identifies joint 4." in capsys.readouterr().out

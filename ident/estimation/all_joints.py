@@ -65,13 +65,9 @@ class _Point:
 
 
 def search(model: Model, start: Array, mean: Array, std: Array) -> tuple[Model, _Point]:
-    """Find the gains that minimise the sum of squares over all joints, with a prior of log|h|, shapes (n,).
+    """Minimise the sum of squares over all joints by h, with a prior of log|h|, shapes (n,); raises `NotIdentifiable`.
 
-    Returns:
-        The model, with other coordinates if the gains are far from the initial ones, and the minimum.
-
-    Raises:
-        NotIdentifiable: If the search does not converge.
+    The model has other coordinates if the gains end far from the initial ones.
     """
 
     def far(h: Array) -> bool:
@@ -429,27 +425,14 @@ class Sensitivity:
 
 
 def fit_again(before: Fit, V: Array) -> Fit:
-    """Fit the same model with the same priors to other currents (r,), from the earlier solution.
-
-    Raises:
-        NotIdentifiable: If the search does not converge.
-    """
+    """Fit the same model with the same priors to other currents (r,), from the earlier solution."""
     model = replace(before.model, blocks=before.model.blocks.with_currents(V))
     model, found = search(model, before.h, before.mean, before.log_std)
     return replace(before, model=model, h=found.h, z=found.z, cost=found.cost)
 
 
 def fit(ready: Setting, terms: Mapping[str, Term], before: Fit | None) -> Fit:
-    """Fit the model with further terms.
-
-    Args:
-        ready: The problem.
-        terms: Further friction terms.
-        before: An earlier fit with initial values, or None.
-
-    Raises:
-        NotIdentifiable: If a joint has fewer rows than unknowns, or the search does not converge.
-    """
+    """Fit the model with further friction terms, from an earlier fit if there is one; raises `NotIdentifiable`."""
     model = Model.of(ready, terms)
     std = np.full(ready.n, ready.prior_std)
     std[[each.joint for each in ready.given]] = GIVEN_STD
@@ -473,13 +456,9 @@ def z_of(gain: Array) -> float:
 
 
 def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
-    """Return the gains of a fit.
+    """Return the gains of a fit, whose currents may differ from those of the problem.
 
-    Args:
-        ready: The problem.
-        final: The fit; its currents may differ from those of the problem.
-        model: Relative change of each gain per standard deviation of each model assumption, shape (n, m); the priors of
-            the fit are added.
+    `model` is the relative change of each gain per standard deviation of each assumption beside its priors, (n, m).
     """
     columns, rows, n, names = ready.columns, final.rows, ready.n, [name for name, _ in final.model.names]
     F, joint = final.model.F, columns.joint

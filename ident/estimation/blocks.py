@@ -44,6 +44,14 @@ def flat(x: Array) -> Array:
     return x.reshape(x.shape[0], x.shape[1] * x.shape[2], x.shape[3])
 
 
+def outside(Q: Array, x: Array) -> tuple[Array, Array]:
+    """Part of columns (.., r, m) outside orthonormal ones (.., r, b), and their coordinates in these, (.., b, m)."""
+    along = flipped(Q) @ x
+    x = x - Q @ along
+    more = flipped(Q) @ x  # rounding errors of the first pass
+    return x - Q @ more, along + more
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
     """Places of the rows of all joints in arrays of shape (n, B, w, ..)."""
@@ -102,10 +110,8 @@ class Own:
         for k in range(e):
             long = norms[:, k] > DEPENDENT_OWN * largest
             size = np.where(long, norms[:, k], 1.0)[:, None]
-            new, inside = np.where(long[:, None], given[:, :, k], 0.0) / size, 0.0
-            for _ in range(2):  # the second pass removes rounding errors of the first
-                along = (flipped(Q) @ new[..., None])[..., 0]
-                new, inside = new - (Q @ along[..., None])[..., 0], inside + along
+            new = np.where(long[:, None], given[:, :, k], 0.0) / size
+            new, inside = (x[..., 0] for x in outside(Q, new[..., None]))
             left = np.linalg.norm(new, axis=1)
             used[:, f + k] = left > DEPENDENT_OWN
             on = used[:, f + k, None]
@@ -130,15 +136,12 @@ class Alone:
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
-        more = Alone(new, rank, self.left)
         basis = np.concatenate((self.basis, new), axis=2)
-        return Alone(basis, self.rank + rank, more.outside(self.left[..., None])[..., 0])
+        return Alone(basis, self.rank + rank, outside(new, self.left[..., None])[0][..., 0])
 
     def outside(self, x: Array) -> Array:
         """Part of columns (n, B w, m) outside the basis."""
-        for _ in range(2):
-            x = x - self.basis @ (flipped(self.basis) @ x)
-        return x
+        return outside(self.basis, x)[0]
 
 
 def orthonormalising(gram: Array, tol: float) -> Array:
@@ -200,7 +203,7 @@ class Blocks:
         n, p = layout.shape[0], A.shape[1]
         raw = flat(layout.padded(np.hstack((A, kV, payload))))
         norms = np.linalg.norm(raw, axis=1)
-        free, C = _without(own, raw)
+        free, C = outside(flat(own.Q), raw)
         inner = [*range(p), *range(p + 2, free.shape[2])]
         V = free[:, :, p + 1]
         alone = Alone(np.zeros((n, V.shape[1], 0)), np.count_nonzero(own.used, axis=1), V)
@@ -233,17 +236,14 @@ class Blocks:
         return replace(self, weight=weight, U=U, R=R, RR=flipped(R) @ R, FR=flipped(self.own.Q) @ R)
 
     def widened(self, more: Array, std: Array, independent: Array | None = None) -> "Blocks":
-        """Append shared columns.
+        """Append shared columns (r, m) with their prior standard deviations (m,).
 
-        Args:
-            more: The columns, shape (r, m).
-            std: Their prior standard deviations, shape (m,).
-            independent: Combinations of them that are independent of the earlier columns on each joint alone, zero
-                beyond their number, shape (n, m, m); None if all are.
+        `independent` are the combinations of them that are independent of the earlier columns on each joint alone, zero
+        beyond their number, shape (n, m, m); None if all are.
         """
         (p, k), m = self.U.shape, more.shape[1]
         raw = flat(self.layout.padded(more))
-        free, C = _without(self.own, raw)
+        free, C = outside(flat(self.own.Q), raw)
         T = np.eye(m) if independent is None else independent
         alone = self.alone.extended(free @ T, np.linalg.norm(raw @ T, axis=1))
         wide = replace(
@@ -278,7 +278,7 @@ class Blocks:
 
     def with_currents(self, V: Array) -> "Blocks":
         """The same columns with other currents, shape (r,)."""
-        free, C = _without(self.own, flat(self.layout.padded(V[:, None])))
+        free, C = outside(flat(self.own.Q), flat(self.layout.padded(V[:, None])))
         R = np.concatenate((self.R[..., :-1], free.reshape(*self.layout.shape, 1)), axis=3)
         last = flipped(R) @ R[..., -1:]
         RR = self.RR.copy()
@@ -291,15 +291,6 @@ class Blocks:
             FR=np.concatenate((self.FR[..., :-1], flipped(self.own.Q) @ R[..., -1:]), axis=3),
             alone=replace(self.alone, left=self.alone.outside(free)[..., 0]),
         )
-
-
-def _without(own: Own, x: Array) -> tuple[Array, Array]:
-    """Part of columns (n, B w, m) outside the own ones, and their coordinates in these, (n, b, m)."""
-    Q, inside = flat(own.Q), 0.0
-    for _ in range(2):
-        along = flipped(Q) @ x
-        x, inside = x - Q @ along, inside + along
-    return x, np.asarray(inside)
 
 
 def _inverse_root(gram: Array) -> Array | None:

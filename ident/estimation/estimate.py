@@ -232,10 +232,7 @@ def judge_identifiability(
 def uncertain(rows: Rows, influence: Array, options: GainOptions) -> tuple[Array, Array]:
     """Return the covariance of k quantities, shape (k, k), and standard deviations of at least those of a real drive.
 
-    Args:
-        rows: Rows with residuals.
-        influence: Derivative of each quantity by each row's current, shape (k, r).
-        options: Method of the covariance, and noise floor.
+    `influence` is the derivative of each quantity by each row's current, shape (k, r).
     """
     covariance = UNCERTAINTIES[options.uncertainty](rows, influence)
     least = rows.least_std(influence, options.noise_floor)
@@ -243,13 +240,7 @@ def uncertain(rows: Rows, influence: Array, options: GainOptions) -> tuple[Array
 
 
 def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:
-    """Return the reason if the ratio of a gain to that of another joint is refused, else None.
-
-    Args:
-        rel_std: Relative standard deviation of the ratio, inf if the data do not relate the joints.
-        max_rel_std: Largest one that is accepted.
-        reference: The other joint, from 0.
-    """
+    """Return the reason if the ratio of a gain to that of a reference joint, from 0, is refused, else None."""
     if rel_std <= max_rel_std:
         return None
     tied = f"these motions hardly excite the links that it shares with joint {reference + 1}"

@@ -89,14 +89,9 @@ class GainComparison:
 
 
 def compared(A: KnownGains, B: KnownGains) -> GainComparison:
-    """Compare two sets of gains, assumed to be independent.
+    """Compare two independent sets of gains.
 
-    Args:
-        A: The first set.
-        B: The second, of a robot with the same joints.
-
-    Raises:
-        GainsError: If the joints differ, no joint has a gain in both, or a change has no standard deviation.
+    Raises `GainsError` if the joints differ, no joint has a gain in both, or a change has no standard deviation.
     """
     if len(A.names) != len(B.names) or not all(map(same_joint, range(1, len(A.names) + 1), A.names, B.names)):
         raise GainsError(
@@ -146,11 +141,7 @@ class CommonScale:
 
 
 def common_scale(x: Array, C: Array) -> CommonScale:
-    """Return the common change of k joints, from x (k,) with covariance C (k, k).
-
-    Raises:
-        GainsError: If a combination of the gains has no variance.
-    """
+    """Return the common change of k joints, from x (k,) with covariance C (k, k); `GainsError` if C is singular."""
     try:
         L = linalg.cholesky(C, lower=True)
     except linalg.LinAlgError:

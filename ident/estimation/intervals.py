@@ -56,12 +56,7 @@ class Rows:
         return found
 
     def least_std(self, influence: Array, noise_floor: float) -> Array:
-        """Standard deviations of k quantities from white residuals, of a share of each joint's rms current, shape (k,).
-
-        Args:
-            influence: Derivative of the quantities by the current of each row, shape (k, r).
-            noise_floor: That share.
-        """
+        """Standard deviations (k,) from white residuals of a share of each joint's rms current, by influence (k, r)."""
         return np.linalg.norm(influence * (noise_floor * self.of_joints(self.rms_current)), axis=1)
 
     def residual_share(self, joint: int) -> float:
@@ -93,8 +88,6 @@ def jackknife(rows: Rows, influence: Array) -> Array:
     The fit absorbs part of slow errors, which makes residuals look white; an estimate without a block is independent of
     that block. To first order it differs by the influence of the block's rows times their residuals in a fit without
     them, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
-
-    Arguments and shape as for all covariance estimators.
     """
     if not len(influence):  # of no joint; there may be no row either
         return np.zeros((0, 0))
@@ -105,12 +98,7 @@ def jackknife(rows: Rows, influence: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
-    """Return the rows of each time block, and their residuals in a fit without the block [drive units].
-
-    Args:
-        rows: Rows with residuals; results are cached, as several covariances of an estimate need them.
-        blocks: Number of time blocks of each motion.
-    """
+    """Return the rows of each of so many time blocks of each motion, and their residuals in a fit without the block."""
     number, found = time_blocks(rows.motion, rows.position, blocks), list[tuple[Indices, Array]]()
     for block in np.split(np.argsort(number, kind="stable"), np.cumsum(np.bincount(number))[:-1]):
         explained, weight = rows.explained[block], rows.weight[block]

@@ -19,7 +19,7 @@ from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
 from ident.estimation.intervals import Rows
-from ident.estimation.problem import NO_OPTIONS, NoOptions, Problem
+from ident.estimation.problem import NoOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.model.structure import RANK_TOL, independent_columns
 from ident.numerics.least_squares import LeastSquares, least_squares
@@ -47,15 +47,9 @@ class GainSystem:
 
 
 def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> GainSystem | None:
-    """Build the linear system of a joint (paper, eq. 27).
+    """Build the linear system of a joint, from 0, with the known part of each of `problem.payloads` (paper, eq. 27).
 
-    Args:
-        problem: Motions and payloads.
-        joint: The joint, from 0.
-        known: The known part of each of `problem.payloads`.
-
-    Returns:
-        The system, None if the torque of the known parameters cannot be separated from that of the unknown ones.
+    None if the torque of the known parameters cannot be separated from that of the unknown ones.
     """
     probes = problem.structure.payload_probes[joint]
     unknown = [independent_columns(probes, [np.flatnonzero(~each.mask)]) for each in known]
@@ -112,11 +106,7 @@ Solver = Callable[[GainSystem, float], JointFit]
 
 
 def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
-    """Ordinary least squares.
-
-    Raises:
-        NotIdentifiable: If there are not more rows than unknowns, or they do not excite every unknown.
-    """
+    """Ordinary least squares; raises `NotIdentifiable`."""
     fit = least_squares(system.W, system.rows.V, rank_tol=rank_tol)
     return JointFit(system, fit, fit.cofactor @ system.W.T)
 
@@ -136,13 +126,7 @@ def joint_fit(
 
 
 def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Sequence[KnownPayload]) -> GainSolution:
-    """Combine the solutions of independent joints: the influence is block diagonal.
-
-    Args:
-        problem: Motions and payloads.
-        fits: One per joint, in order.
-        known: The known part of each payload.
-    """
+    """Combine the solutions of all joints, in order, which are independent: the influence is block diagonal."""
     solved = [fit for fit in fits if isinstance(fit, JointFit)]
     joints = [each.system.joint for each in solved]
     columns = Columns.of(problem.motions, joints)
@@ -172,12 +156,8 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
     )
 
 
-def joint_by_joint_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
-    """Estimate each joint's drive gain independently (paper, eq. 27), with all known parameters of a payload.
-
-    Raises:
-        NotIdentifiable: If no motion is bare, or none is loaded.
-    """
+def joint_by_joint_gains(problem: Problem, _: NoOptions | None = None) -> GainEstimate:
+    """Estimate each joint's drive gain independently (paper, eq. 27), with all known parameters of a payload."""
     problem.check_difference()
     known = [payload.known_part() for payload in problem.payloads]
     fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]

@@ -90,12 +90,7 @@ class KnownGains:
         return self.covariance / np.outer(self.value, self.value)
 
     def relative(self, v: Array, joint: Indices) -> Array:
-        """Return the ratio of gains at currents to `value`, for the joint of each; torque = value * relative * v.
-
-        Args:
-            v: Currents [drive units], of any shape.
-            joint: The joint of each, from 0, of the same shape.
-        """
+        """Return the ratio of gains to `value` at currents v [drive units] of joints, from 0, arrays of one shape."""
         found = np.ones(v.shape)
         for j, curve in self.curves.items():
             found[joint == j] = curve.relative(v[joint == j])
@@ -113,11 +108,7 @@ class KnownGains:
         return replace(self, value=value, covariance=covariance, curves={})
 
     def check_arm(self, arm: Arm) -> None:
-        """Check that the gains are those of an arm with these joints.
-
-        Raises:
-            GainsError: If the number or a name of joints differs, or no joint has a gain.
-        """
+        """Raise `GainsError` if the arm has another number or other names of joints, or no joint has a gain."""
         if len(self.names) != arm.n:
             raise GainsError(f"gains of {len(self.names)} joints, but robot {arm.name} has {arm.n}")
         for number, (mine, its) in enumerate(zip(self.names, arm.joint_names, strict=True), 1):
@@ -226,13 +217,8 @@ def shares(found: Sensitivity, options: GainOptions, gains: KnownGains | None, r
 
         C = C_residual + S cov(log g) S^T + B B^T,    S = -d parameter / d log h,
 
-    where B has the change per standard deviation of every other prior, and with each alternative model.
-
-    Args:
-        found: Sensitivity of the parameters.
-        options: Method for the uncertainty from residuals.
-        gains: Fixed gains, k of n; None if only the scale of one is given.
-        rivals: Their change with each alternative model, each of shape (p,).
+    where B has the change per standard deviation of every other prior, and with each alternative model, `rivals`, each
+    of shape (p,). No gains are fixed if only the scale of one is given.
     """
     residual, belief = UNCERTAINTIES[options.uncertainty](found.fit.rows, found.influence), found.belief
     of_gains = np.zeros_like(residual)
@@ -249,26 +235,16 @@ class JointTorque:
     """Torques of the joints that have a gain, tau = g(v) v (paper, eq. 7): of the drive, with friction and offset.
 
     The interval is that of the gain; it does not include noise of the currents.
-
-    Attributes:
-        t: Sample times [s], shape (N,).
-        joints: The k joints, from 0, shape (k,).
-        tau: Torques [N m, or N where a joint slides], shape (N, k).
-        std: Their standard deviations from the gains, shape (N, k).
     """
 
-    t: Array
-    joints: Indices
-    tau: Array
-    std: Array
+    t: Array  # sample times [s], shape (N,)
+    joints: Indices  # the k joints, from 0, shape (k,)
+    tau: Array  # torques [N m, or N where a joint slides], shape (N, k)
+    std: Array  # their standard deviations from the gains, shape (N, k)
 
 
 def joint_torque(recording: Recording, gains: KnownGains) -> JointTorque:
-    """Return the torques at every sample, of joints that have a gain.
-
-    Raises:
-        GainsError: If recording and gains have other numbers of joints, or no joint has a gain.
-    """
+    """Return the torques at every sample, of joints that have a gain; raises `GainsError` without any."""
     if recording.n != len(gains.names):
         raise GainsError(f"{recording.name}: {recording.n} joints, but gains of {len(gains.names)}")
     if not len(gains.joints):

@@ -20,7 +20,7 @@ that do not correct the gains have, given the data,
 so that gains fitted without them, of which they change the logarithm by S, have the mean square error S (P + m m') S'.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -28,7 +28,7 @@ import numpy as np
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
 from ident.estimation.gain_curve import GainCurve
 from ident.estimation.intervals import deviations
-from ident.estimation.setting import Setting, Term
+from ident.estimation.setting import Term
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
 from ident.support.naming import joint_list
@@ -102,29 +102,16 @@ class Lawful:
     # gain over current of each joint, by joint from 0, if size or sign correct the gains:
     curves: Mapping[int, GainCurve] = field(default_factory=dict[int, GainCurve])
 
-    @classmethod
-    def none(cls, before: Fit, terms: Mapping[str, Term]) -> "Lawful":
-        """A model without laws."""
-        return cls(before, np.zeros((len(before.ready.columns.V), 0)), 0.0, terms, (), np.zeros((len(before.h), 0)))
 
+def with_laws(terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float], *, corrected: bool) -> Lawful:
+    """Find the laws that the data show beside a fit with some terms, the one that improves predictions most first.
 
-def with_laws(
-    ready: Setting, terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float], *, corrected: bool
-) -> Lawful:
-    """Find the laws that the data show beside a model, the one that improves predictions most first.
-
-    Args:
-        ready: The problem, from recordings.
-        terms: Terms of the model.
-        before: Its fit.
-        stated: Scale of the standard deviation of the coefficients of each law concerned.
-        corrected: Whether these laws correct the gains; else they are reported.
-
-    Returns:
-        The model; without laws if the data have too few rows for them, or a fit with them does not converge.
+    `stated` has the scale of the standard deviation of the coefficients of each law concerned. There are no laws if the
+    data have too few rows for them, or a fit with them does not converge.
     """
-    none = Lawful.none(before, terms)
-    columns = {law: columns_of(law, ready, before) for law in stated}
+    ready = before.ready
+    none = Lawful(before, np.zeros((len(ready.columns.V), 0)), 0.0, terms, (), np.zeros((ready.n, 0)))
+    columns = {law: columns_of(law, before) for law in stated}
     possible = [law for law, each in columns.items() if each]
     if not possible:
         return none
@@ -155,7 +142,15 @@ def with_laws(
         return none
     words = tuple(_words(coefficients(model.fit, {law: columns[law] for law in shown})))
     if not corrected:
-        words, model, shown = _uncorrected(words, before, model.fit), none, []
+        if words:
+            change = np.abs(before.h / model.fit.h) - 1.0
+            j = int(np.argmax(np.abs(change) / before.log_h.std))
+            words = (
+                "gains seem not to be constant, unless another error of the model looks the same: "
+                f"{'; '.join(words)}; not corrected: "
+                f"with gain_laws = true, the gain of joint {j + 1} changes by {100.0 * change[j]:+.2g} %",
+            )
+        model, shown = none, []
     left = free.of([law for law in possible if law not in shown])
     curves = _curves(model.fit, before) if SIZE in shown or SIGN in shown else {}
     return replace(model, remarks=words, unsure=_unsure(model.fit, columns, left, spread), curves=curves)
@@ -185,19 +180,6 @@ def _curves(found: Fit, before: Fit) -> dict[int, GainCurve]:
     }
 
 
-def _uncorrected(words: Sequence[str], before: Fit, after: Fit) -> tuple[str, ...]:
-    """Describe laws with the most significant change that they make to the gains of a fit without them."""
-    if not words:
-        return ()
-    change = np.abs(before.h / after.h) - 1.0
-    j = int(np.argmax(np.abs(change) / before.log_h.std))
-    return (
-        "gains seem not to be constant, unless another error of the model looks the same: "
-        f"{'; '.join(words)}; not corrected: "
-        f"with gain_laws = true, the gain of joint {j + 1} changes by {100.0 * change[j]:+.2g} %",
-    )
-
-
 def _unsure(
     final: Fit, columns: Mapping[str, Mapping[int, Array]], left: Coefficients, spread: Mapping[str, float]
 ) -> Array:
@@ -213,14 +195,13 @@ def _unsure(
     return S @ along * np.sqrt(np.maximum(size, 0.0))
 
 
-def columns_of(law: str, ready: Setting, before: Fit) -> dict[int, Array]:
-    """Return the columns of a law that are not zero, of all joints, from the currents of an earlier fit.
+def columns_of(law: str, before: Fit) -> dict[int, Array]:
+    """Return the columns (r,) of a law that are not zero, of all joints, from the currents of an earlier fit.
 
-    Returns:
-        Columns, shape (r,), by number: the log for scale and time, else from 0.
+    Their numbers are those of logs for scale and time, else from 0.
     """
-    rows, i = ready.columns, before.fitted_currents
-    logs = range(len(ready.problem.motions))
+    ready, i = before.ready, before.fitted_currents
+    rows, logs = ready.columns, range(len(ready.problem.motions))
     if law == SCALE:
         friction = np.einsum("rf,rf->r", before.model.F, before.phi[rows.joint])
         columns = {log: np.where(rows.motion == log, i - friction, 0.0) for log in logs[1:]}

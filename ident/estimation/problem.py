@@ -43,9 +43,6 @@ class NoOptions:
     """Options of a method that has none of its own."""
 
 
-NO_OPTIONS = NoOptions()
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedMotion:
     """One motion: its linear system and its payload."""
@@ -70,11 +67,7 @@ class Problem:
     options: GainOptions
 
     def check_difference(self) -> None:
-        """Check that there are bare and loaded motions.
-
-        Raises:
-            NotIdentifiable: If no motion is bare, or none is loaded.
-        """
+        """Raise `NotIdentifiable` if no motion is bare, or none is loaded."""
         bare = [motion.payload is None for motion in self.motions]
         if all(bare):
             raise NotIdentifiable("no motion carries a payload; without one the gains are known up to a common factor")

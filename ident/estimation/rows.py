@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.estimation.problem import ObservedMotion, Problem, mounted
 from ident.model.parameters import INERTIAL
-from ident.model.structure import BaseParameters, independent_columns
+from ident.model.structure import independent_columns
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices, Mask
 
@@ -91,11 +91,6 @@ def joint_rows(problem: Problem, joint: int) -> Columns:
     return replace(rows, names=tuple(rows.names[k] for k in alone), W=rows.W[:, alone])
 
 
-def shared_arm(base: BaseParameters) -> Indices:
-    """Indices of base parameters that joints share: all but friction and offset, shape (a,)."""
-    return np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in base.names], OWN))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SharedParameters:
     """The parameters that joints share."""
@@ -111,7 +106,7 @@ class SharedParameters:
         probes = np.vstack(list(problem.structure.payload_probes))
         known = [payload.known_part() for payload in problem.payloads]
         return cls(
-            arm=shared_arm(problem.structure.base),
+            arm=np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in problem.structure.base.names], OWN)),
             free=tuple(np.sort(independent_columns(probes, [np.flatnonzero(~each.mask)])) for each in known),
             parts=tuple(known),
             known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),

@@ -87,11 +87,6 @@ class AlternativeModel:
     other: Fit  # its fit
     final: Fit  # the fit of the selected model
 
-    @property
-    def log_ratio(self) -> Array:
-        """Relative difference of the gains of both fits, shape (n,)."""
-        return np.log(np.abs(self.other.h / self.final.h))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Selected:
@@ -110,17 +105,15 @@ class Selected:
     def model(self) -> Array:
         """Relative change of each gain per standard deviation of other models and neglected laws, shape (n, m)."""
         unsure = np.zeros((len(self.final.h), 0)) if self.unsure is None else self.unsure
-        return np.column_stack([unsure, *(each.share * each.log_ratio for each in self.rivals)])
+        others = (each.share * np.log(np.abs(each.other.h / each.final.h)) for each in self.rivals)
+        return np.column_stack([unsure, *others])
 
 
 def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = False, yielding: bool = False) -> Selected:
     """Select the model of a problem with recorded motions.
 
-    Args:
-        ready: The problem.
-        laws: Laws of the gains, with the scale of the standard deviation of their coefficients.
-        corrected: Whether laws that the data show correct the gains; else they are reported.
-        yielding: Whether joints are known to be elastic; else the data decide.
+    `laws` of the gains have the scale of the standard deviation of their coefficients; those that the data show correct
+    the gains or are reported. If joints are not known to be `yielding`, the data decide.
     """
     plain = fit(ready, {}, None)
     ready = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
@@ -165,7 +158,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
         but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
         remarks.append(f"joint elasticity detected and modelled{but}")
     known = {} if ready.given else laws  # which the error of a given gain would imitate
-    lawful = with_laws(final.where, final.terms, final.fit, known, corrected=corrected)
+    lawful = with_laws(final.terms, final.fit, known, corrected=corrected)
     rigid = ready.widened(lawful.scaled, lawful.std)
     return Selected(
         final=lawful.fit,
@@ -213,12 +206,11 @@ def mixture_share(more: Array, apart: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loaded:
-    """A fit with load-dependent friction, its terms, the prior of its coefficients, and the problem."""
+    """A fit with load-dependent friction, its terms, and the prior of its coefficients."""
 
     fit: Fit
     terms: Mapping[str, Term]
     belief: Belief
-    where: Setting
 
 
 def _with_load(
@@ -235,16 +227,6 @@ def _with_load(
 
     If the estimated share of the offset that is not a torque is impossible, data cannot separate it from the friction,
     and all of the joint's offset counts as torque.
-
-    Args:
-        ready: The problem with rigid joints.
-        of_base: The problem with the elastic joints of `base`.
-        chosen: Other terms.
-        first: Columns from the torques of rigid joints.
-        softened: Change of torques by compliances, from the same torques.
-        elastic: The elastic joints.
-        base: An earlier fit.
-        form: A name in `LOAD_FORMS`.
     """
 
     def again(before: Fit) -> tuple[Setting, Mapping[str, Array]]:
@@ -266,7 +248,7 @@ def _with_load(
         where, columns = again(free)
         belief = _belief(free, form)
         final = fit(where, known := terms(columns, belief, offsets), free)
-        return _Loaded(final, known, belief, where), offsets & _is_possible(free, form) & _is_possible(final, form)
+        return _Loaded(final, known, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
 
     offsets = np.full(ready.n, form != LINKS)
     loaded, possible = found(offsets)
@@ -300,11 +282,9 @@ def prior_of_drives(seen: Array, noise: Array) -> Belief:
 
 
 def fitted_prior(seen: Array, noise: Array) -> Belief:
-    """Return the normal distribution of maximum likelihood of a parameter over the drives (empirical Bayes).
+    """Return the normal distribution of maximum likelihood of a parameter over k drives (empirical Bayes).
 
-    Args:
-        seen: Noisy values, shape (k,).
-        noise: Standard deviation of the noise of each, positive, shape (k,).
+    From noisy values and the standard deviation of the noise of each, positive, shapes (k,).
     """
     ends = (LEAST_STD, BEGIN) if likelihood_slope(seen, noise, BEGIN) > 0.0 else (BEGIN, MOST_STD)
     slopes = [likelihood_slope(seen, noise, std) for std in ends]

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ident.estimation.blocks import DEPENDENT_ALONE, ROUNDING, Blocks, Layout, Own, flat, flipped, orthonormalising
+from ident.estimation.estimate import largest
 from ident.estimation.joint_by_joint import JointFit, joint_fit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns, SharedParameters
@@ -119,17 +120,10 @@ def sigma_of(blocks: Blocks, left: Array, rank: Indices) -> Array:
 
 
 def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
-    """Prepare the fits of a problem.
+    """Prepare the fits of a problem, with viscous and Coulomb friction of all motions or of each.
 
-    Args:
-        problem: Motions and payloads.
-        per_motion: Whether viscous and Coulomb friction differ between motions.
-        prior_std: Prior standard deviation of log|h| about the initial value.
-        given: Known gains.
-
-    Raises:
-        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains, or a joint
-            has fewer rows than unknowns.
+    Raises `NotIdentifiable` if neither a known payload parameter nor a given gain sets the scale of the gains, or a
+    joint has fewer rows than unknowns.
     """
     shared = SharedParameters.of(problem)
     if not shared.known.any() and not given:
@@ -168,23 +162,16 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
 
 
 def check_rows(blocks: Blocks, own: Own) -> None:
-    """Check that each joint has more rows than own columns, shared parameters, known torque and current.
-
-    Raises:
-        NotIdentifiable: If one has not.
-    """
+    """Raise `NotIdentifiable` unless each joint has more rows than columns, with known torque and current."""
     for j, (rows, f) in enumerate(zip(blocks.layout.counts.tolist(), own.used.sum(axis=1).tolist(), strict=True)):
         if rows <= (need := f + blocks.A.shape[2] + 2):
             raise NotIdentifiable.too_few_rows(rows, need, j)
 
 
 def friction_z(ready: Setting) -> Array:
-    """Return the more significant of Coulomb and viscous friction of each joint alone, in standard deviations.
+    """Return the more significant of Coulomb and viscous friction of each joint alone, in standard deviations, (n,).
 
-    Its sign is that of the gain, as friction brakes.
-
-    Returns:
-        Shape (n,); zero without friction.
+    Its sign is that of the gain, as friction brakes; it is zero without friction.
     """
     blocks, inner = ready.blocks, ready.blocks.A.shape[2] + 1
     C, gram = blocks.C[:, :, :inner], blocks.cross[:, :inner, :inner]
@@ -195,8 +182,7 @@ def friction_z(ready: Setting) -> Array:
     phi = inverse @ (blocks.C[:, :, -1:] - along @ (flipped(T) @ blocks.cross[:, :inner, -1:]))
     spread = np.linalg.norm(np.concatenate((inverse, inverse @ along), axis=2), axis=2) * ready.sigma[:, None]
     friction = np.array([name != "off" for name, _ in ready.names]) & blocks.own.used
-    z = np.where(friction, phi[..., 0] / spread, 0.0)
-    return np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]
+    return largest(np.where(friction, phi[..., 0] / spread, 0.0))
 
 
 def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
@@ -243,11 +229,7 @@ class Model:
 
     @classmethod
     def of(cls, ready: Setting, terms: Mapping[str, Term]) -> "Model":
-        """Of a problem and further terms.
-
-        Raises:
-            NotIdentifiable: If a joint has fewer rows than unknowns.
-        """
+        """Of a problem and further terms; raises `NotIdentifiable`."""
         blocks, n, b, e = ready.blocks, ready.n, len(ready.names), len(terms)
         F = np.column_stack((ready.F, *(term.column for term in terms.values())))
         own = blocks.own.extended(blocks.layout.padded(F[:, b:]))

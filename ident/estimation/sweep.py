@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy import linalg, sparse
 
+from ident.estimation.blocks import outside
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import SharedParameters
 from ident.model.arm import Arm
@@ -74,11 +75,6 @@ class Sweep:
     def structure(self) -> Structure:
         """The arm's structure."""
         return self.problem.structure
-
-    @cached_property
-    def sign(self) -> Array:
-        """Signs of the speeds, shape (N, n)."""
-        return np.sign(self.behind.dq)
 
     @cached_property
     def knots(self) -> Array:
@@ -188,8 +184,7 @@ class Torques:
     def softened(self, torque: Array | None = None) -> Array:
         """Change of the torques per unit of each joint's compliance, shape (S, n, n), torque first.
 
-        Args:
-            torque: Drive torques without friction [N m], shape (S, n); None for those of rigid joints.
+        From drive torques without friction [N m], shape (S, n); by default those of rigid joints.
         """
         behind = self.sweep.behind
         given = self.sampled if torque is None else torque
@@ -240,13 +235,8 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
     depends on the structure of the arm alone, so it is found on random states with random masses, where what is zero is
     zero to rounding; the columns of a motion are interpolated.
 
-    Args:
-        structure: The arm, n joints.
-        mountings: Whether each distinct mounting is a payload, not the bare flange.
-        kept: The errors concerned, of those of `misplaced`; m are.
-
-    Returns:
-        Shape (n, m, m): columns beyond the number of combinations are zero.
+    `mountings` tells payloads from the bare flange, `kept` the m errors concerned from the others of `misplaced`. Shape
+    (n, m, m): columns beyond the number of combinations are zero.
     """
     arm, rng = structure.arm, np.random.default_rng(PROBE_SEED)
     inertial = np.isin(np.arange(structure.base.regrouping.shape[1]) % len(STANDARD), np.arange(len(INERTIAL)))
@@ -267,10 +257,7 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
         D = np.vstack([each[:, j] for each in moved])
         size = np.linalg.norm(D, axis=0)
         size[size == 0.0] = 1.0
-        left = D / size
-        for _ in range(2):
-            left = left - Q @ (Q.T @ left)
-        _, s, Vt = np.linalg.svd(left, full_matrices=False)
+        _, s, Vt = np.linalg.svd(outside(Q, D / size)[0], full_matrices=False)
         own[:, : np.count_nonzero(s > RANK_TOL)] = (Vt[s > RANK_TOL] / size).T
     return found
 
@@ -281,20 +268,15 @@ def across(arm: Arm) -> Array:
 
 
 def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
-    """Return the frequency up to which encoder noise in the effect of each joint's compliance is small.
+    """Return the frequency up to which encoder noise in the effect of each joint's compliance is small [Hz], (n,).
 
     The effect depends on fourth derivatives of the positions. This noise is correlated with that of the accelerations
     and partly cancels it, so that without a limit compliances are estimated too small, and those of rigid joints
     significantly negative (`docs/derivations.md`). White noise of density N_l in the positions gives M_kk^2 (sum over l
-    of M_kl^2 N_l) (2 pi f)^8, reduced by the low-pass of the positions.
+    of M_kl^2 N_l) (2 pi f)^8, reduced by the low-pass of the positions; their cut-off is the largest frequency.
 
-    Args:
-        behind: The motion, n joints.
-        own: Change of each joint's torque per compliance of itself, shape (N, n).
-        inertia: Mean squares of the inertia matrix of the links, shape (n, n).
-
-    Returns:
-        Frequencies [Hz], shape (n,); the cut-off of the positions if noise is small up to it.
+    `own` is the change of each joint's torque per compliance of itself, shape (N, n), `inertia` the mean squares of the
+    inertia matrix of the links, shape (n, n).
     """
     length = min(len(own), round(AVERAGED_BLOCK / (behind.cutoff_hz * behind.period)))
     f, power = power_density(own, behind.period, length)
@@ -310,16 +292,7 @@ def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
 
 
 def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
-    """Return the inertia matrices at some positions of a motion.
-
-    Args:
-        arm: The arm, n joints.
-        chi: Standard parameters; names as in `parameters.labels`.
-        q: Positions of a motion, shape (N, n).
-
-    Returns:
-        [kg m^2, kg m or kg], shape (STATES, n, n).
-    """
+    """Return the inertia matrices at some positions of a motion (N, n) [kg m^2, kg m or kg], shape (STATES, n, n)."""
     q = q[np.linspace(0, len(q) - 1, STATES).astype(np.intp)]
     ddq = np.tile(np.vstack((np.zeros(arm.n), np.eye(arm.n))), (STATES, 1))
     states = np.repeat(q, arm.n + 1, axis=0)
@@ -330,10 +303,7 @@ def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
 def rotor_inertia(sweep: Sweep, theta: Array, *, least: float = 0.0) -> Array:
     """Return each rotor inertia, joint side [kg m^2] or [kg], estimated or, if confounded, assumed, shape (n,).
 
-    Args:
-        sweep: The first motion.
-        theta: Shared parameters, shape (p,).
-        least: Smallest share of a rotor in its joint's inertia; a smaller estimate is an error of the fit.
+    An estimate below the share `least` of its joint's inertia is an error of the fit.
     """
     structure, arm = sweep.structure, len(sweep.shared.arm)
     chi = np.zeros(structure.base.regrouping.shape[1])
@@ -344,10 +314,9 @@ def rotor_inertia(sweep: Sweep, theta: Array, *, least: float = 0.0) -> Array:
 
 
 def assumed_compliance(sweep: Sweep, theta: Array) -> Array:
-    """Return the compliance of each joint by its rotor's inertia and an assumed resonance on its transmission.
+    """Return the compliance of each joint by its rotor's inertia and an assumed resonance.
 
-    Returns:
-        [rad / (N m)] or [m / N], shape (n,); zero without an inertia.
+    [rad / (N m)] or [m / N], shape (n,); zero without an inertia.
     """
     stiffness = rotor_inertia(sweep, theta, least=LEAST_ROTOR) * (2.0 * np.pi * RESONANCE_HZ) ** 2
     return np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)

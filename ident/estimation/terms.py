@@ -90,13 +90,7 @@ def load_terms(
 ) -> dict[str, dict[str, Array]]:
     """Return the column of each form of load-dependent friction, then those of its `SHARES`, of all joints, (r,) each.
 
-    Their coefficients have no unit, and are positive where friction brakes.
-
-    Args:
-        ready: The problem.
-        fit: An earlier fit.
-        along: Its torques along each motion.
-        forms: Names in `LOAD_FORMS`.
+    They follow from an earlier fit and its torques. Coefficients have no unit, and are positive where friction brakes.
     """
     if not forms:
         return {}
@@ -115,7 +109,7 @@ def load_terms(
         for form in forms:
             x = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
             given += [x, *(x - less[share] for share in shares[form])]
-        against = np.sign(h) * sweep.sign  # the current of a negative gain has the opposite sign
+        against = np.sign(h) * np.sign(sweep.behind.dq)  # the current of a negative gain has the opposite sign
         parts.append(sweep.decimated(np.abs(np.stack(given, axis=2)) * against[:, :, None]))
     rows, joint, found = iter(ready.of_logs(parts).T), ready.columns.joint, dict[str, dict[str, Array]]()
     for form in forms:
@@ -153,12 +147,8 @@ def transmitted_columns(
 ) -> Array:
     """Return the change of torque of all joints' rows per compliance of each, from the torques of the currents, (r, n).
 
-    Args:
-        ready: The problem, without compliances.
-        before: A fit whose gains and friction convert currents to torques.
-        along: Its torques along each motion.
-        first: The same from the torques of rigid joints.
-        beside: Columns of friction terms that joints may have, each of shape (r,).
+    A fit converts currents to torques. `first` has the same columns from the torques of rigid joints, `beside` those of
+    friction terms that joints may have, each of shape (r,).
     """
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):

@@ -16,7 +16,7 @@ from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, judge_identifiability
 from ident.estimation.joint_by_joint import GainSystem, JointFit, gain_system, joint_by_joint, joint_fit
-from ident.estimation.problem import NO_OPTIONS, NoOptions, ObservedMotion, Problem
+from ident.estimation.problem import NoOptions, ObservedMotion, Problem
 from ident.model.parameters import STANDARD
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import JointObservation, reduced
@@ -27,12 +27,8 @@ from ident.support.errors import NotIdentifiable
 NAME = "iv"
 
 
-def instrumental_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
-    """Estimate each joint's drive gain independently, with instruments and all known parameters of a payload.
-
-    Raises:
-        NotIdentifiable: If no motion is bare, none is loaded, or one has no recording.
-    """
+def instrumental_gains(problem: Problem, _: NoOptions | None = None) -> GainEstimate:
+    """Estimate each joint's drive gain independently, with instruments and all known parameters of a payload."""
     problem.check_difference()
     along, kept = instruments(problem)
     known = [payload.known_part() for payload in problem.payloads]
@@ -56,9 +52,6 @@ def instruments(problem: Problem) -> tuple[Problem, float]:
     """Return the problem along a smooth fit of each recorded motion, whose regressors are instruments of the same rows.
 
     Also returns the largest share of the variance of position noise that remains in these motions.
-
-    Raises:
-        NotIdentifiable: If a motion has no recording.
     """
     structure, motions, kept = problem.structure, list[ObservedMotion](), 0.0
     for number, motion in enumerate(problem.motions):
@@ -82,18 +75,9 @@ def instruments(problem: Problem) -> tuple[Problem, float]:
 
 
 def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
-    """Solve `Z^T W x = Z^T V` (Janot, Vandanjon and Gautier 2014).
+    """Solve Z^T W x = Z^T V with instruments Z (r, b) (Janot, Vandanjon and Gautier 2014); raises `NotIdentifiable`.
 
-    Args:
-        system: V and W of a joint.
-        Z: Instruments, one for each column of W, shape (r, b).
-        rank_tol: Smallest relative singular value of W, Z and Z^T W that counts as nonzero.
-
-    Returns:
-        The solution; its residual is V - W x, its covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1.
-
-    Raises:
-        NotIdentifiable: If there are not more rows than unknowns, or the instruments do not excite every one.
+    The residual is V - W x, the covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1.
     """
     W, V = system.W, system.rows.V
     plain, aid = (least_squares(each, V, rank_tol=rank_tol) for each in (W, Z))

@@ -65,10 +65,6 @@ def student(e: Array, V: Array) -> Array:
     fitted by least squares have the same solution, and the least-squares covariance is the sandwich estimate s^2
     sum(psi^2) / (r - p) / mean(psi')^2 (J^T J)^-1 (Huber and Ronchetti 2009, sections 7.6 and 7.8). So everything that
     uses a least-squares fit, such as cross-validation, can use this one. The scale s is from the median of |e|.
-
-    Args:
-        e: Residuals of one joint [drive units], shape (r,).
-        V: Its currents [drive units], shape (r,).
     """
     s = max(GAUSSIAN * float(np.median(np.abs(e))), ROUNDING * float(np.sqrt(np.mean(V**2))))
     u2 = (e / s) ** 2
@@ -163,19 +159,7 @@ class AllJointsOptions:
 
 
 def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:
-    """Estimate the gains of all joints together.
-
-    Args:
-        problem: Motions, bare and with any number of payloads, fully or partly known.
-        options: Friction and other parts of the model.
-
-    Returns:
-        A gain or a reason for each joint.
-
-    Raises:
-        NotIdentifiable: If nothing sets the scale of the gains, a joint has too few rows, or the iteration does not
-            converge.
-    """
+    """Estimate the gains of all joints together, from bare and loaded motions; raises `NotIdentifiable`."""
     given = list[GivenGain]()
     if options.gain_joint is not None and options.gain_value is not None:
         if not 1 <= options.gain_joint <= (n := problem.structure.arm.n):
@@ -222,12 +206,8 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
 def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setting:
     """Add errors of the joints' zeros and tilt of the base, to first order, with their priors.
 
-    Data that are more accurate than the calibration correct it; otherwise the prior contributes to the interval.
-
-    Args:
-        ready: The problem, from recordings.
-        zero_deg: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints]; 0 if they are exact.
-        tilt_deg: Prior standard deviation of the base's tilt about each horizontal axis [deg]; 0 if it is exact.
+    Data that are more accurate than the calibration correct it; otherwise the prior contributes to the interval. Their
+    standard deviations [deg; mm for prismatic joints] are those of `AllJointsOptions`.
     """
     if not zero_deg and not tilt_deg:
         return ready
@@ -242,18 +222,9 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
 
 
 def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -> tuple[Fit, float]:
-    """Repeat a fit until the replaced currents are consistent with its residuals.
+    """Repeat a fit until the currents with replaced residuals, V*, are consistent with it; raises `NotIdentifiable`.
 
-    Args:
-        first: The model and the initial values.
-        ready: The problem with the original currents.
-        tame: Replacement of the residuals of one joint.
-
-    Returns:
-        The fit of the currents V*, and the share of the rows whose residual was reduced to less than half.
-
-    Raises:
-        NotIdentifiable: If the iteration does not converge.
+    Returns the fit, and the share of the rows whose residual was reduced to less than half.
     """
     V, joint, fitted = ready.columns.V, ready.columns.joint, first
     for _ in range(MOST_FITS):
@@ -270,13 +241,7 @@ def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -
 
 
 def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fit:
-    """Fit a model with the same terms on every joint, without a prior of their coefficients.
-
-    Args:
-        ready: The problem; from recordings if there are terms.
-        names: Of `SPEED_TERMS` and `LOAD_FORMS`.
-        compliance: Whether joints are elastic.
-    """
+    """Fit a model with the same terms, of `SPEED_TERMS` and `LOAD_FORMS`, on every joint, without priors of them."""
     laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
     speeds = speed_terms(ready, laws)
     fitted = fit(ready, speeds, None)

@@ -17,7 +17,7 @@ import numpy as np
 from ident.estimation.estimate import FoundParameter, GainEstimate, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.joint_by_joint import JointFit, joint_by_joint, joint_fit
-from ident.estimation.problem import NO_OPTIONS, NoOptions, Problem
+from ident.estimation.problem import NoOptions, Problem
 from ident.estimation.rows import Columns
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, independent_columns, random_regressor
@@ -31,15 +31,8 @@ MOMENTS = ("MX", "MY", "MZ")
 MOMENT_COLUMNS: Indices = np.array([INERTIAL.index(name) for name in MOMENTS])
 
 
-def sequential_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimate:
-    """Estimate drive gains in sequence (paper, section III.B); of the payload, only mass and mass_std are used.
-
-    Returns:
-        A gain or a reason for each joint, and the identifiable first moments.
-
-    Raises:
-        NotIdentifiable: If no motion is bare, none is loaded, or there are several payloads.
-    """
+def sequential_gains(problem: Problem, _: NoOptions | None = None) -> GainEstimate:
+    """Estimate drive gains in sequence (paper, section III.B); of the payload, only mass and mass_std are used."""
     problem.check_difference()
     payload, *more = problem.payloads
     if more:
@@ -75,16 +68,10 @@ def sequential_gains(problem: Problem, _: NoOptions = NO_OPTIONS) -> GainEstimat
 
 
 def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayload) -> tuple[Array, Mask, Array]:
-    """Estimate the payload's first moments from the joints whose gains are known (paper, eq. 25).
+    """Estimate the payload's first moments from the joints whose gains the mass gives (paper, eq. 25).
 
-    Args:
-        problem: Motions, one payload.
-        found: Solutions of the joints whose gains the mass gives, in the order of the joints.
-        mass: The mass, known.
-
-    Returns:
-        MX, MY, MZ at the origin of the last frame [kg m], 0 if not identifiable, shape (3,); whether each is, shape
-        (3,); derivative by the current of each row of those joints, directly and through the gains, shape (3, r).
+    Returns MX, MY, MZ at the origin of the last frame [kg m], 0 if not identifiable, shape (3,); whether each is; and
+    the derivative by the current of each row of those joints, directly and through the gains, shape (3, r).
     """
     joints = [fit.system.joint for fit in found]
     system = Columns.of(problem.motions, joints)

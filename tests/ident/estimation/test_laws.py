@@ -99,9 +99,9 @@ def test_neglected_coefficients_have_the_mean_square_of_a_fit_with_them(axes, mo
     spread: dict[str, float] = {}
     monkeypatch.setattr(laws, "expected_spread", lambda found, std: spread.setdefault(found.places[0].law, std))
     monkeypatch.setattr(laws, "WIDE", 200.0)
-    unsure = with_laws(ready, {}, before, stated, corrected=False).unsure
+    unsure = with_laws({}, before, stated, corrected=False).unsure
     assert spread == stated
-    columns = {law: columns_of(law, ready, before) for law in stated}
+    columns = {law: columns_of(law, before) for law in stated}
     joint = ready.columns.joint
     torque = columns["scale"][1] / before.h[joint]
     wide = ready.widened(torque[:, None], stated["scale"])
@@ -128,10 +128,10 @@ def test_currents_of_one_log_have_no_scale_of_their_own(axes, monkeypatch):
     problem = problem_of(axes, logs_of(Truth())[1:], PAYLOADS[1:])
     ready = ready_of(problem)
     before = fit(ready, {}, None)
-    assert columns_of("scale", ready, before) == {}
-    assert with_laws(ready, {}, before, {"scale": 0.01}, corrected=True).fit is before
+    assert columns_of("scale", before) == {}
+    assert with_laws({}, before, {"scale": 0.01}, corrected=True).fit is before
     monkeypatch.setattr(laws, "SURE", -9.0)
-    assert with_laws(ready, {}, before, {"scale": 0.01, "sign": 0.01}, corrected=True).scaled.shape[1] == 0
+    assert with_laws({}, before, {"scale": 0.01, "sign": 0.01}, corrected=True).scaled.shape[1] == 0
 
 
 def test_prismatic_joints_have_no_ripple_once_a_turn():
@@ -140,8 +140,8 @@ def test_prismatic_joints_have_no_ripple_once_a_turn():
         problem_of(structure_of(arm), [changed(log, q=log.q[:, :2], v=log.v[:, :2]) for log in logs_of(Truth())])
     )
     before = fit(ready, {}, None)
-    assert columns_of("position", ready, before) == {}
-    assert with_laws(ready, {}, before, {"position": 0.01}, corrected=True).fit is before
+    assert columns_of("position", before) == {}
+    assert with_laws({}, before, {"position": 0.01}, corrected=True).fit is before
 
 
 def test_gains_without_laws_remain_where_a_fit_with_them_fails(axes, monkeypatch):
@@ -152,7 +152,7 @@ def test_gains_without_laws_remain_where_a_fit_with_them_fails(axes, monkeypatch
         raise NotIdentifiable("too few rows")
 
     monkeypatch.setattr(laws, "fit", few_rows)
-    left = with_laws(ready, {}, before, {"sign": 0.01}, corrected=True)
+    left = with_laws({}, before, {"sign": 0.01}, corrected=True)
     assert left.fit is before
     assert left.unsure.shape == (3, 0)
 
@@ -165,9 +165,9 @@ def test_laws_are_not_asked_of_a_stated_friction():
 def test_columns_are_those_of_the_equation_and_without_laws_a_fit_is_what_it_was(axes):
     ready = ready_of(problem_of(axes, logs_of(Truth())))
     before = fit(ready, {}, None)
-    assert with_laws(ready, {}, before, {}, corrected=True).fit is before
+    assert with_laws({}, before, {}, corrected=True).fit is before
     rows, i = ready.columns, before.fitted_currents
-    (scale,), (size,), (sign,), turn, within = (columns_of(law, ready, before).values() for law in LAWS)
+    (scale,), (size,), (sign,), turn, within = (columns_of(law, before).values() for law in LAWS)
     for j in range(3):
         own = rows.joint == j
         rms = np.sqrt(np.mean(i[own & rows.loaded] ** 2))
@@ -211,7 +211,7 @@ def test_a_curve_has_the_coefficients_of_its_laws_and_the_gain_at_any_other_refe
     estimate = gains(axes, logs, **both)
     assert sum(each.startswith("joint") for each in estimate.remarks) == 3
     found, before = fits
-    columns = {law: columns_of(law, found.ready, before) for law in ("size", "sign")}
+    columns = {law: columns_of(law, before) for law in ("size", "sign")}
     same, peak = coefficients(found, columns), sizes(before)[1]
     known = estimated_gains(estimate)
     monkeypatch.setattr(laws, "_sizes", lambda before: (1.3 * sizes(before)[0], sizes(before)[1]))

@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 
 from ident.estimation.blocks import flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Rows, deviations, larger_of
+from ident.estimation.intervals import FREE_BLOCK, Rows, deviations, larger_of, rms
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -483,8 +483,3 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
         friction_influence=final.of_phi(weights).influence.reshape(n, 2, -1),
         unsolved={},
     )
-
-
-def rms(x: Array) -> float:
-    """Root mean square, zero for an empty array."""
-    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0

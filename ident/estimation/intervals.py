@@ -19,6 +19,11 @@ FREE_BLOCK = 1e-13
 """Information that is added for parameters that one time block alone determines, as a share of that of all blocks."""
 
 
+def rms(x: Array) -> float:
+    """Root mean square, zero for an empty array."""
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
     """Rows of one or more joints, in order of joints, then of motions."""
@@ -46,7 +51,7 @@ class Rows:
 
     def rms_current(self, joint: int) -> float:
         """Root mean square of a joint's currents [drive units]."""
-        return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
+        return rms(self.V[self.of(joint)])
 
     def of_joints(self, number: Callable[[int], float]) -> Array:
         """A number of each row's joint, shape (r,)."""

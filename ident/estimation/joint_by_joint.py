@@ -18,7 +18,7 @@ import numpy as np
 from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
-from ident.estimation.intervals import Rows
+from ident.estimation.intervals import Rows, rms
 from ident.estimation.problem import NoOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.model.structure import RANK_TOL, independent_columns
@@ -43,7 +43,7 @@ class GainSystem:
     @property
     def load_rms(self) -> float:
         """Root mean square of the known payload's torque on the loaded rows [N m]."""
-        return float(np.sqrt(np.mean(self.W[self.rows.loaded, -1] ** 2)))
+        return rms(self.W[self.rows.loaded, -1])
 
 
 def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> GainSystem | None:

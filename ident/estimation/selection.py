@@ -42,17 +42,12 @@ from ident.support.naming import joint_list
 BETTER = 2.0
 """Number of standard errors by which the prediction of omitted time blocks must improve for a term to be selected.
 
-It applies to each joint's term, without a correction for multiple tests: in 100 runs of `nominal` no useless term was
-selected on a joint with a gain. 2.9, by Bonferroni's inequality for twelve tests, changes no error there, on `field` or
-with load-dependent friction, but omits two cube roots of a real arm, whose standard deviations then grow by a tenth.
+There is no correction for multiple tests: 100 runs of `nominal` selected no useless term on a joint with a gain, and
+2.9, by Bonferroni's inequality, omits two cube roots of a real arm, whose standard deviations then grow by a tenth.
 """
 SUSPECTED = 1.0
 """Number of standard errors by which first-order compliance must improve the prediction for the exact column to be
-computed.
-
-It only saves time: where the first order fails, at 8 Hz, the improvement is 1.5 or more; a sixth of rigid arms exceed
-the limit.
-"""
+computed. It only saves time: where the first order fails, at 8 Hz, the improvement is 1.5 or more."""
 FIRST_ORDER = 0.15
 """Possible relative error of the correction for compliance: its column is of first order in the deflection, and a rotor
 inertia that is regrouped with that of its link moves with the link (`docs/derivations.md`)."""
@@ -117,34 +112,30 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     """
     plain = fit(ready, {}, None)
     ready = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
+    plain = replace(plain, ready=ready)
     along = torques_of(ready, plain.theta)
     loads = load_terms(ready, plain, along, tuple(LOAD_FORMS))
     softened = compliance_columns(ready, along)
     speeds = speed_terms(ready, tuple(SPEED_TERMS))
-    elastic, wide = np.arange(ready.n), ready.widened(softened)
-    soft = fit(wide, {}, plain)
+    elastic, soft = np.arange(ready.n), fit(ready.widened(softened), {}, plain)
     if yielding or z_of(improvement(soft, plain)) > SUSPECTED:
         beside = [*(term.column for term in speeds.values()), *(loads[form][form] for form in LOAD_FORMS)]
         exact = transmitted_columns(ready, plain, along, softened, beside)
         rigid = np.zeros(ready.n, dtype=bool)
         while True:
             elastic = elastic[~rigid]
-            wide = ready.widened(exact[:, elastic])
-            soft = fit(wide, {}, plain) if len(elastic) else plain
+            soft = fit(ready.widened(exact[:, elastic]), {}, plain) if len(elastic) else plain
             if yielding or not len(elastic) or not (rigid := of_negative_compliance(soft, len(elastic))).any():
                 break
     yields = yielding or z_of(improvement(soft, plain)) > BETTER
-    base, of_base = (soft, wide) if yields else (plain, ready)
-    elastic = elastic if yields else elastic[:0]
+    base, elastic = (soft, elastic) if yields else (plain, elastic[:0])
     bent, chosen = dict[str, list[int]](), dict[str, Term]()
     for law, term in speeds.items():
-        gain = improvement(fit(of_base, {law: term}, base), base)
+        gain = improvement(fit(base.ready, {law: term}, base), base)
         bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
         if bent[law]:
             chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
-    found = {
-        form: _with_load(ready, of_base, chosen, loads[form], softened, elastic, base, form) for form in LOAD_FORMS
-    }
+    found = {form: _with_load(form, ready, base, chosen, loads[form], softened, elastic) for form in LOAD_FORMS}
     best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
     form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
     final = found[form]
@@ -152,7 +143,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain, final=soft))
     remarks = [_load_note(form, final.belief)]
-    remarks += [f"{SPEED_TERMS[law].words} on {joint_list(joints)}" for law, joints in bent.items() if joints]
+    remarks += [f"{SPEED_TERMS[law]} on {joint_list(joints)}" for law, joints in bent.items() if joints]
     if yields:
         stiff = np.setdiff1d(np.arange(ready.n), elastic).tolist()
         but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
@@ -214,14 +205,13 @@ class _Loaded:
 
 
 def _with_load(
+    form: str,
     ready: Setting,
-    of_base: Setting,
+    base: Fit,
     chosen: Mapping[str, Term],
     first: Mapping[str, Array],
     softened: Array,
     elastic: Indices,
-    base: Fit,
-    form: str,
 ) -> _Loaded:
     """Fit load-dependent friction of one form, with torques from an earlier fit that included it.
 
@@ -242,7 +232,7 @@ def _with_load(
         return {**chosen, **{x: Term(np.where(where.get(x, True), c, 0.0), *priors[x]) for x, c in columns.items()}}
 
     def found(offsets: Mask) -> tuple[_Loaded, Mask]:
-        free = fit(of_base, terms(first, ANY_DRIVE, offsets), base)
+        free = fit(base.ready, terms(first, ANY_DRIVE, offsets), base)
         where, columns = again(free)
         free = fit(where, terms(columns, ANY_DRIVE, offsets), free)
         where, columns = again(free)

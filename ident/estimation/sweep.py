@@ -106,13 +106,18 @@ class Sweep:
 
     def at(self, theta: Array) -> "Torques":
         """The motion with the fitted parameters (p,), without friction and offset."""
-        structure, arm = self.problem.structure, len(self.shared.arm)
-        chi = np.zeros(structure.base.regrouping.shape[1])
-        chi[structure.base.columns[self.shared.arm]] = theta[:arm]
+        chi = self.arm_parameters(theta)
         for mounted, values in zip(self.problem.payloads, self.shared.payload_values(theta), strict=True):
             if self.motion.payload is mounted:
-                chi[structure.payload_columns] += values
+                chi[self.structure.payload_columns] += values
         return Torques(self, chi)
+
+    def arm_parameters(self, theta: Array) -> Array:
+        """Standard parameters of the arm without payload, friction and offset, from shared ones (p,)."""
+        base, arm = self.structure.base, self.shared.arm
+        chi = np.zeros(base.regrouping.shape[1])
+        chi[base.columns[arm]] = theta[: len(arm)]
+        return chi
 
 
 def _hermite(x: Array, h: Array | float) -> Array:
@@ -305,9 +310,7 @@ def rotor_inertia(sweep: Sweep, theta: Array, *, least: float = 0.0) -> Array:
 
     An estimate below the share `least` of its joint's inertia is an error of the fit.
     """
-    structure, arm = sweep.structure, len(sweep.shared.arm)
-    chi = np.zeros(structure.base.regrouping.shape[1])
-    chi[structure.base.columns[sweep.shared.arm]] = theta[:arm]
+    structure, chi = sweep.structure, sweep.arm_parameters(theta)
     whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, sweep.behind.q)), axis=0)
     found = np.maximum(chi[own_rotors(structure)], least * whole)
     return np.where(rotor_identifiable(structure), found, ROTOR_SHARE * whole)

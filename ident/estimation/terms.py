@@ -9,7 +9,6 @@ columns from positions (two-stage least squares), which current noise does not a
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,37 +45,22 @@ RANK_TOL = 1e-10
 """Relative norm of the new part of a unit column below which it is zero."""
 
 
-@dataclass(frozen=True, slots=True)
-class SpeedTerm:
-    """A friction law of the speed: its function and its description."""
-
-    law: Callable[[Array], Array]
-    words: str
-
-
 SPEED_TERMS = {
-    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than linearly with speed"),
-    "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
+    "cbrt": "viscous friction grows less than linearly with speed",
+    "by-direction": "viscous friction differs between directions",
 }
-"""Friction laws of the speed besides viscous and Coulomb friction, by name."""
+"""Friction laws of the speed besides viscous and Coulomb friction."""
 LAWS: Mapping[str, Callable[[Array], Array]] = {
-    "Fv": np.positive,
-    "Fc": np.sign,
-    "off": np.ones_like,
-    **{name: term.law for name, term in SPEED_TERMS.items()},
-}
+    "Fv": np.positive, "Fc": np.sign, "off": np.ones_like, "cbrt": np.cbrt, "by-direction": np.abs,
+}  # fmt: skip
 
 
 def speed_terms(ready: Setting, laws: Collection[str]) -> dict[str, Term]:
     """Return the friction terms of all joints that depend on the speed alone, by name, without priors."""
     if not laws:
         return {}
-    rows = ready.of_logs(
-        [
-            sweep.decimated(np.stack([SPEED_TERMS[name].law(sweep.behind.dq) for name in laws], axis=2))
-            for sweep in ready.sweeps
-        ]
-    )
+    along = (np.stack([LAWS[name](sweep.behind.dq) for name in laws], axis=2) for sweep in ready.sweeps)
+    rows = ready.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, along, strict=True)])
     return {name: Term(rows[:, k]) for k, name in enumerate(laws)}
 
 

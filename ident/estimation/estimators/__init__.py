@@ -40,22 +40,15 @@ ESTIMATORS: dict[str, Estimator] = {
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, NoOptions),
 }
-"""Summary of each:
-
-`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B); `nls`:
-all joints at once; `iv`: joint by joint with instruments.
-"""
+"""`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B);
+`nls`: all joints at once; `iv`: joint by joint with instruments."""
 
 DEFAULT = nls.NAME
 """The default: smallest bias and standard deviation, and correct coverage (`docs/methods.md`)."""
 
 
 def estimator(name: str) -> Estimator:
-    """The estimator of that name.
-
-    Raises:
-        OptionError: If there is none.
-    """
+    """The estimator of that name; raises `OptionError` if there is none."""
     if name not in ESTIMATORS:
         raise OptionError(f"unknown method {name!r}{nearest(str(name), ESTIMATORS)}; known: {', '.join(ESTIMATORS)}")
     return ESTIMATORS[name]

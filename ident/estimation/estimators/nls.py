@@ -15,6 +15,7 @@ from annotated_types import Interval, Unit
 from ident.estimation.all_joints import Fit, fit, fit_again, solution
 from ident.estimation.blocks import ROUNDING
 from ident.estimation.estimate import GainEstimate, judge_identifiability
+from ident.estimation.intervals import rms
 from ident.estimation.laws import POSITION, SCALE, SIGN, SIZE, TIME
 from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected, selected
@@ -66,7 +67,7 @@ def student(e: Array, V: Array) -> Array:
     sum(psi^2) / (r - p) / mean(psi')^2 (J^T J)^-1 (Huber and Ronchetti 2009, sections 7.6 and 7.8). So everything that
     uses a least-squares fit, such as cross-validation, can use this one. The scale s is from the median of |e|.
     """
-    s = max(GAUSSIAN * float(np.median(np.abs(e))), ROUNDING * float(np.sqrt(np.mean(V**2))))
+    s = max(GAUSSIAN * float(np.median(np.abs(e))), ROUNDING * rms(V))
     u2 = (e / s) ** 2
     slope = (FREEDOM + 1.0) * (FREEDOM - u2) / (FREEDOM + u2) ** 2
     return (FREEDOM + 1.0) * e / (FREEDOM + u2) / float(slope.mean())

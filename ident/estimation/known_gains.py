@@ -164,11 +164,7 @@ def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
 
 
 def estimated_gains(estimate: GainEstimate) -> KnownGains:
-    """Return the gains of an estimate with their total covariance, without refused ones.
-
-    Errors of specified payload values and of model assumptions are correlated between joints; the covariance includes
-    them.
-    """
+    """Return the gains of an estimate, without refused ones, with the covariance from residuals, payload and model."""
     solution, given = estimate.solution, estimate.identified
     at = np.array([np.flatnonzero(solution.joints == j)[0] for j in given], dtype=np.intp)
     curves = {j: gain.curve for j, gain in given.items() if gain.curve is not None}

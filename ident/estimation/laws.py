@@ -77,10 +77,7 @@ class Coefficients:
 
     @property
     def may_predict(self) -> bool:
-        """Whether they improve the fit by more than overfitting does: without, predictions do not (Akaike 1974).
-
-        It only saves time.
-        """
+        """Whether they improve the fit by more than overfitting does: else predictions do not improve (Akaike 1974)."""
         return float(self.value @ np.linalg.solve(self.covariance, self.value)) > 2.0 * len(self.value)
 
     def of(self, laws: Collection[str]) -> "Coefficients":

@@ -65,10 +65,7 @@ class Columns:
         return np.isin([name.rstrip("0123456789") for name in self.names], kinds)
 
     def own(self, name: str) -> Array:
-        """Column of viscous friction, Coulomb friction or offset, each row's joint's own, shape (r,).
-
-        It is zero for a joint with a shared parameter in its place.
-        """
+        """Column of `Fv`, `Fc` or `off` of each row's joint, shape (r,); zero where a shared parameter replaces it."""
         return np.sum(self.W[:, self.of_parameter(name)], axis=1)
 
     def since_middle(self, log: int | None = None) -> Array:

@@ -43,12 +43,8 @@ RESONANCE_HZ = 25.0
 LEAST_ROTOR = 0.1
 """Smallest share of a rotor in a joint's inertia; a smaller estimate is an error of the fit."""
 NOISE_SHARE = 1e-3
-"""Largest share of encoder noise in the power of the effect of a joint's compliance on its own torque.
-
-Only a small part of that power separates compliance from inertia, so a small share of noise causes a large bias:
-compliances of an arm with 2e-5 rad of noise at 500 Hz have errors of 2 to 7 % with this share, of 30 % with three times
-as much.
-"""
+"""Largest share of encoder noise in the power of the effect of a joint's compliance on its own torque: with 2e-5 rad of
+noise at 500 Hz, compliances have errors of 2 to 7 %, with three times this share of 30 %."""
 AVERAGED_BLOCK = 60.0
 """Length of the segments whose spectra are averaged, in periods of the cut-off of the positions."""
 
@@ -317,10 +313,7 @@ def rotor_inertia(sweep: Sweep, theta: Array, *, least: float = 0.0) -> Array:
 
 
 def assumed_compliance(sweep: Sweep, theta: Array) -> Array:
-    """Return the compliance of each joint by its rotor's inertia and an assumed resonance.
-
-    [rad / (N m)] or [m / N], shape (n,); zero without an inertia.
-    """
+    """Return compliances for an assumed resonance of the rotors [rad / (N m), m / N], (n,); zero without an inertia."""
     stiffness = rotor_inertia(sweep, theta, least=LEAST_ROTOR) * (2.0 * np.pi * RESONANCE_HZ) ** 2
     return np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
 

@@ -38,10 +38,7 @@ NAME = "nls"
 AUTO = "auto"
 PLAIN = "viscous-coulomb"
 FRICTION_TERMS = (*LOAD_FORMS, *SPEED_TERMS)
-"""Terms besides viscous and Coulomb friction, the same on every joint and without a prior: `cbrt`, the cube root of the
-velocity; `by-direction`, its absolute value, so that viscous friction differs between directions; `load`, |torque of
-links and payload| sign(dq); `load-motor`, |motor torque| sign(dq); `load-through`, |torque of links, payload and other
-friction| sign(dq)."""
+"""Terms besides viscous and Coulomb friction (`ident.estimation.terms`), the same on every joint, without a prior."""
 MILLIMETRE = 1e-3
 """Zero error of a prismatic joint [m] that corresponds to one degree of a revolute one."""
 PASSES = 2

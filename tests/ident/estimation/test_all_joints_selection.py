@@ -184,8 +184,17 @@ def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(ax
 
 @pytest.fixture(scope="module")
 def yielding(axes) -> tuple[Problem, Setting, Selected]:
-    ready = ready_of(problem := made(axes, Truth(compliance=YIELDING)))
-    return problem, ready, selected(ready, {})
+    ready, widths = ready_of(problem := made(axes, Truth(compliance=YIELDING))), list[int]()
+
+    def spied(where, terms, before):
+        widths.extend([where.A.shape[1] - ready.A.shape[1]] if terms else [])
+        return fit(where, terms, before)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(selection, "fit", spied)
+        chosen = selected(ready, {})
+    assert widths == [*(len(widths) - 1) * [N], 0]  # friction is tried beside the compliances, at the end without
+    return problem, ready, chosen
 
 
 def test_the_model_without_yielding_joints_has_the_same_friction(yielding):

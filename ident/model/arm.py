@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.model.mjcf import NAME_IT, MinimalModel, minimal_mjcf, refuse_unknown_flange
 from ident.model.xml_tree import check_attributes, read_xml, title, where
-from ident.support.arrays import Array, readonly, transmission_fault
+from ident.support.arrays import Array, numbers, readonly, transmission_fault
 from ident.support.errors import RobotModelError, placed
 from ident.support.files import captured_stderr
 from ident.support.naming import enumerated, nearest, one_line, shown
@@ -102,7 +102,10 @@ def with_transmission(arm: Arm, A: Array) -> Arm:
     Its position limits are the ends of what the motors can reach. Raises `RobotModelError` if A is not an invertible
     matrix of the arm's size, or a motor turns joints of both kinds.
     """
-    A = np.asarray(A, np.float64)
+    try:
+        A = np.atleast_1d(numbers(A))
+    except ValueError as error:
+        raise RobotModelError(f"transmission: {error}") from error
     if fault := transmission_fault(A, arm.n, coupled=bool(arm.couplings)):
         raise RobotModelError(f"transmission: {fault}")
     turns = np.asarray(arm.revolute, np.bool_)

@@ -59,6 +59,7 @@ def test_motors_reach_what_their_joints_reach_together(arm):
     assert (turned.lower[5], turned.upper[5]) == pytest.approx((low, high))
     assert turned.upper[3] == np.inf
     assert structure_of(turned).first_links == [0, 1, 2, 3, 4, 4]
+    with_transmission(arm, np.diag([1e7, 1.0, 1.0, 1.0, 1.0, 3e-4]))  # units of each motor's own
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,10 @@ def test_motors_reach_what_their_joints_reach_together(arm):
         (lambda A: np.where(A == 0.4, np.nan, A), "6 rows of 6 numbers"),
         (lambda A: A[[0, 1, 2, 3, 4, 4]], "singular"),
         (lambda A: 0.0 * A, "singular"),
+        (lambda A: A * 1j, "type complex"),
+        (lambda A: np.ma.masked_equal(A, 0.4), "masked"),
+        (lambda A: "A", "type <U1"),
+        (lambda A: 2.5, "6 rows of 6 numbers"),
     ],
 )
 def test_an_impossible_transmission_is_refused(arm, change, said):

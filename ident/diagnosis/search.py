@@ -237,10 +237,13 @@ def faults(
         harmless: Whether a small fault changes no gain noticeably to first order: if all that are significant do not,
             none is compared exactly. Long logs show errors of a hundredth of a degree.
     """
+    original = seen.logs.problem
 
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
         terms = [each for each in seen.small if each.alternative.term]
-        found = [each for each in (*_in_full(seen, harmless), *terms) if each.z > SHOWN]
+        tells = seen.logs.problem is original  # the estimate has the rows of the logs as they are
+        full = _in_full(seen, harmless if tells else lambda _: False)
+        found = [each for each in (*full, *terms) if each.z > SHOWN]
         if not found:
             return []
         rest = screened(seen.logs, [each for family in FAMILIES for each in family.laborious(seen.logs)])

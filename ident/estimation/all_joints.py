@@ -333,7 +333,12 @@ class Fit:
         f, k = len(model.names), len(self.z)
         layout, sigma = model.blocks.layout, model.sigma
         basis = np.zeros((len(layout.place), n * f + n + k))
-        root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
+        try:
+            root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
+        except np.linalg.LinAlgError:
+            raise NotIdentifiable(
+                "the rows do not determine the gains and what is beside them; record longer, or state more of the payload"
+            ) from None
         inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
         own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)
         Q, R = model.own.Q, model.blocks.R[..., :-1]

@@ -95,10 +95,7 @@ Unmeasured = tuple[str, int, str, Mask]
 
 
 def clipped(recording: Recording) -> Iterator[Unmeasured]:
-    """Currents at a limit of the drive or the log.
-
-    If the value beside the extreme one is held equally long, the current is coarse or slowly logged, not limited.
-    """
+    """Currents at a limit of the drive or the log; a coarse one holds the value beside it equally long."""
     least = CLIPPED_SHARE * len(recording.t)
     for j, v in enumerate(by_joint(recording).v):
         for name, extreme in (("largest", float(v.max())), ("smallest", float(v.min()))):

@@ -66,13 +66,7 @@ least squares."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
-    """Compare logs and an estimate with every alternative.
-
-    Args:
-        logs: The observed logs.
-        estimate: The estimate from them, None if it failed.
-        reestimate: Repeats the estimate with other logs, for the effect of large faults.
-    """
+    """Compare logs and an estimate with every alternative; `reestimate` gives the effect of large faults."""
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
@@ -145,13 +139,9 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
 
 
 def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
-    """Estimate the delay of the currents common to all logs and joints.
+    """The delay of the currents common to all logs and joints, to be corrected [s], 0 for none, and its diagnosis.
 
-    It is accepted like any fault of the logs, and only if it is the first one and nothing else explains the currents
-    equally well, as other faults may look like a delay.
-
-    Returns:
-        The delay to correct [s], 0 for none, and its diagnosis.
+    It is accepted only if it is the first fault and nothing else explains the currents equally well.
     """
     seen, weak = survey(logs), Severity.WEAK
     first = next((each for each in faults(seen) if isinstance(each.best, Exact)), None)
@@ -201,10 +191,7 @@ class _Known:
         return self.others[found.alternative]
 
     def confirms(self, found: Exact) -> bool:
-        """Whether a fault improves the predictions of the estimate itself, or cannot be tested by it.
-
-        The estimate has more information than the free model, which short motions hardly determine.
-        """
+        """Whether a fault improves the predictions of the estimate, which needs less motion than the free model."""
         other = self.of(found)
         if self.base is None or other is None or not _linear(other):
             return True
@@ -215,8 +202,7 @@ class _Known:
         """Yield the most likely fault of the logs that is too large for the first order, and that only gains reveal.
 
         An example is the scale of one log, which the friction of an arm with few joints imitates if its payload is
-        unknown. If the estimate lacks something, the best fault of each family that the logs alone do not bound is
-        refined. It must predict better than any fault or term to first order, and than a payload of known mass alone.
+        unknown. It must predict better than any fault or term to first order, and than a payload of known mass alone.
         """
         base, reestimate = self.base, self.reestimate
         if base is None or reestimate is None:
@@ -296,11 +282,7 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
 
 
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
-    """Largest effect on each gain of a fault, or of what cannot be distinguished from it.
-
-    Without gains it is the effect of a small fault on their ratios or, if these are unknown, the share of the currents
-    that it explains.
-    """
+    """Largest effect on each gain of a fault or its rivals; without gains on their ratios, else on the currents."""
     assert isinstance(fault.best, Exact), "a fault of the logs"
     moved = list[Effect]()
     if known is not None:

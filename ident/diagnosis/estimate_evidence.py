@@ -127,16 +127,10 @@ class HeldOutEstimate:
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
     ) -> tuple[Effect, ...]:
-        """Error of each gain due to currents that the model does not include.
+        """Error of each gain due to currents (R,) that the model does not include, and by the difference of the models.
 
-        With another model than the estimate's, the error includes the difference of the gains.
-
-        Args:
-            currents: Currents added to the rows, shape (R,).
-            beside: The estimate with them. Errors are compared with the standard deviation by its residual, as a fault
-                also increases the residual.
-            corrected: The estimate from logs without these currents, whose standard deviation is that of a gain which
-                the fault makes so inaccurate that it is refused.
+        Errors are in standard deviations by the residual of the model `beside` with these currents, as a fault also
+        increases the residual; for a gain that the fault makes inaccurate, of the estimate `corrected` without them.
         """
         known = {} if corrected is None else corrected.identified
         own, solution = self.solution, self.estimate.solution
@@ -174,12 +168,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
 
 
 def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
-    """Estimated relative standard deviation of a gain, at least that of weighing a payload.
-
-    Args:
-        gain: The gain.
-        left: Ratio of the residual to that of the estimate.
-    """
+    """Relative standard deviation of a gain for the residual times `left`, at least that of weighing a payload."""
     total = float(np.linalg.norm((left * gain.residual_std, gain.payload_std, gain.model_std)))
     return max(total / abs(gain.value), FINEST)
 
@@ -237,15 +226,10 @@ def lacks_of(
     *,
     stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
-    """Return effects that an estimate lacks, the one that explains most first.
+    """Return effects that an estimate lacks, of the competing directions `small`, the one that explains most first.
 
-    Args:
-        base: The estimate.
-        small: Competing directions.
-        names: Names of the logs.
-        free: Fits of each joint alone; if they predict significantly better, something is lacking. None to skip this.
-        reestimate: Repeats the estimate for other problems.
-        stiff: Its solution with rigid joints, as elastic joints may imitate faults; None to skip this.
+    Fits of each joint alone (`free`) that predict significantly better show that something is lacking. Elastic joints
+    may imitate faults: `stiff` is the solution with rigid ones. None skips either.
     """
     of_payload = base.payload_errors
     believed = [each for each in of_payload if each.prior_std is not None]
@@ -298,10 +282,7 @@ def imitated(
     believed: Sequence[Alternative],
     choices: Sequence[Alternative],
 ) -> Iterator[Lack]:
-    """Return faults that selected elastic joints absorb: they predict significantly better than elasticity.
-
-    Elasticity is both that of the estimate, needed for very elastic joints, and the first-order term.
-    """
+    """Return faults that selected elastic joints absorb: they predict significantly better than elasticity."""
     if solution is None:
         return
     stiff = stated(base.problem, base.estimate, solution)
@@ -328,17 +309,9 @@ def beyond_prior(found: FirstOrder) -> bool:
 def _of_payload(
     base: HeldOutEstimate, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
 ) -> Diagnosis | None:
-    """Return the diagnosis of a payload that is not as specified, by gains from its mass alone.
+    """Return the diagnosis of a payload that is not as specified, by gains from its mass alone, None if it is as good.
 
-    Args:
-        base: The estimate.
-        free: Fits of each joint alone.
-        reestimate: Repeats the estimate for other problems.
-        first: The best first-order effect; a payload that is rotated or far off exceeds the first order.
-        names: Names of the logs.
-
-    Returns:
-        The diagnosis; None if nothing is left to explain, or something else explains it equally well.
+    `first` is the best first-order effect; a payload that is rotated or far off exceeds the first order.
     """
     of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
     if not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
@@ -364,10 +337,7 @@ def _of_payload(
 
 
 def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEstimate, Array] | None:
-    """Return the estimate from the masses of payloads alone, and its improvement of the predictions, shape (blocks,).
-
-    None if no payload has more that is known, or if the estimate fails.
-    """
+    """Return the estimate from masses of payloads alone, and its improvement, shape (blocks,); None if that fails."""
     masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
     motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
     opened = replace(base.problem, motions=tuple(motions))
@@ -397,10 +367,7 @@ def _leaves(base: HeldOutEstimate, free: FreeModel) -> bool:
 
 
 def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
-    """Return diagnoses of currents that a fit of each joint alone explains, but not the estimate.
-
-    If the faults that were found do not explain them, every gain is refused.
-    """
+    """Return the diagnosis of currents that only fits of each joint alone explain; beside faults it refuses gains."""
     if not _leaves(base, free):
         return
     times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))
@@ -427,7 +394,7 @@ def diagnosis_of(lack: Lack, names: Sequence[str], reestimate: Estimate | None =
     """Return the diagnosis of an effect that an estimate lacks.
 
     What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
-    deviation of a gain that is not refused. Gains that are refused are estimated again, without a fault.
+    deviation of a gain that is not refused.
     """
     base, best, rivals = lack
     corrected = None

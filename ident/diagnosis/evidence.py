@@ -71,14 +71,7 @@ class FreeFit:
 
 
 def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
-    """Fit a joint's currents by columns.
-
-    Args:
-        W: Columns, shape (r, p).
-        V: Currents, shape (r,).
-        block: Time block of each row, shape (r,).
-        blocks: Number of blocks of all logs.
-    """
+    """Fit a joint's currents V, shape (r,), by columns W, shape (r, p), with the time block of each row, shape (r,)."""
     size = np.linalg.norm(W, axis=0)
     unit = W[:, size > 0.0] / size[size > 0.0]
     gram = unit.T @ unit
@@ -146,13 +139,7 @@ def held_out(fit: FreeFit) -> HeldOut:
 
 
 def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
-    """Prepare the held-out predictions of a fit with further columns, from those without.
-
-    Args:
-        held: Those without the further columns.
-        new: Further columns of Q, shape (r, m).
-        residual: Residuals with them, shape (r,).
-    """
+    """The same with further columns of Q, shape (r, m), and the residuals with them, shape (r,)."""
     fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
     if held.matrix is None:
         return held_out(fit)
@@ -210,12 +197,9 @@ def each_z(u: Array) -> Array:
 
 
 def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) -> Indices:
-    """Time block of each row, numbered through all logs.
+    """Time block of each row, numbered through all logs, from its log and its number in this log, both of shape (r,).
 
-    Args:
-        motion: Log of each row, from 0, shape (r,).
-        position: Number of each row in its log, including omitted rows, shape (r,).
-        lengths: Number of rows of each log, including omitted rows.
+    Numbers and `lengths`, the rows of each log, include omitted rows.
     """
     whole = np.maximum(np.asarray(lengths), 1)[motion]
     return motion * BLOCKS + np.minimum(position * BLOCKS // whole, BLOCKS - 1)
@@ -247,13 +231,7 @@ def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
 
 
 def regrouped(score: Score, orders: Sequence[Indices], units: Sequence[Array]) -> Score:
-    """Convert a score of logs with reordered and rescaled currents to the columns and units of the logs.
-
-    Args:
-        score: The score.
-        orders: Column of each joint's current in each log, shape (n,).
-        units: Factor of each joint's currents in each log, shape (n,).
-    """
+    """Convert a score under the order and unit of each log's currents, shapes (n,), to those of the logs."""
     squares, rows = np.empty_like(score.squares), np.empty_like(score.rows)
     for k, (order, unit) in enumerate(zip(orders, units, strict=True)):
         own = slice(k * BLOCKS, (k + 1) * BLOCKS)
@@ -285,14 +263,8 @@ class Evidence:
 def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]], worth: float = 0.0) -> list[Evidence | None]:
     """Return the improvement by each of many sets of columns, each added alone to the model of all joints.
 
-    Args:
-        fits: The model.
-        choices: Columns of shape (r, m) of each set and each part of the fits, None where they are zero.
-        worth: Smallest improvement of the log-likelihood for which predictions are compared, which takes most of the
-            time.
-
-    Returns:
-        One result for each set, None if its columns are in the column space of the model, or are not worth it.
+    A set has columns (r, m) of each part of the fits, None where they are zero. The result is None for columns in the
+    column space of the model, and below an improvement `worth` of the log-likelihood, as predictions take most time.
     """
     found: list[Evidence | None] = [None] * len(choices)
     rows = max((len(part.fit.V) for part in fits.parts if part is not None), default=1)
@@ -387,14 +359,9 @@ def _by_block(x: Array, y: Array) -> Array:
 
 
 def _principal(square: Array, left: Array) -> tuple[Array, Array]:
-    """Shares of unit columns outside the model along principal axes, increasing, and the axes in units of the columns.
+    """Shares of unit columns outside the model along principal axes, increasing, (K, m), and these axes, (K, m, m).
 
-    Args:
-        square: Sums of squares of the columns of each set, shape (K, m).
-        left: Products of their residuals, shape (K, m, m).
-
-    Returns:
-        Shapes (K, m) and (K, m, m).
+    Sums of squares of the columns of each set have shape (K, m), products of their residuals (K, m, m).
     """
     unit = np.sqrt(np.where(square > 0.0, square, 1.0))
     values, axes = np.linalg.eigh(left / (unit[:, :, None] * unit[:, None, :]))

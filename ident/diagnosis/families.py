@@ -141,14 +141,7 @@ def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 
 def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: Array) -> Alternative:
-    """Return currents that are logged late.
-
-    Args:
-        logs: The observed logs.
-        scope: Logs concerned, from 0.
-        joints: Joints concerned, from 0; empty for all together.
-        delay: One delay per joint, or one for all together [s], shape (1,) or (joints,).
-    """
+    """Return currents logged late by a delay per joint, or one for all (no joints) [s], shape (1,) or (joints,)."""
     of_joints = np.zeros(logs.structure.arm.n)
     of_joints[list(joints) if joints else slice(None)] = delay
     first = float(delay[0])

@@ -159,15 +159,9 @@ class LinkWeight(NamedTuple):
 
 
 def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
-    """Check whether link masses by the gains agree with those of the model.
+    """Check link masses by the gains against the model's links, with bodies fixed to them, shape (n, 10).
 
-    Args:
-        problem: Motions and payloads.
-        estimate: Gains estimated from them.
-        links: Standard parameters of every link of the model, with all bodies fixed to it, shape (n, 10).
-
-    Returns:
-        The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
+    None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
     found = link_mass_factor(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links)
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
@@ -210,13 +204,7 @@ def link_mass_factor(motions: Sequence[ObservedMotion], gains: Mapping[int, floa
 
 
 def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> tuple[LinkWeight, ...]:
-    """Return the factor of every joint with a gain and a load by its links, from the bare motions.
-
-    Args:
-        motions: Motions, of which the bare ones are used.
-        gains: Gains, by joint from 0.
-        links: As in `link_mass_consistency`.
-    """
+    """Return the factor of every joint with a gain, by joint from 0, and a load by its links, from the bare motions."""
     bare, found = [each.observation for each in motions if each.payload is None], list[LinkWeight]()
     for joint, gain in gains.items() if bare else ():
         base, rows = bare[0].structure.base, [each.joints[joint] for each in bare]

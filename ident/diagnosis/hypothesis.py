@@ -159,11 +159,7 @@ def observed_logs(
 
 @lru_cache(maxsize=2)  # an alternative and its refinement; of a long log each has a hundred megabytes
 def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
-    """Return the logs under a hypothesis, observed again.
-
-    Raises:
-        RecordingError: If the logs cannot be filtered under the hypothesis.
-    """
+    """Return the logs under a hypothesis, observed again; `RecordingError` if they cannot be filtered under it."""
 
     def by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:  # that combine the same samples
         return observing if clock == 1.0 else replace(

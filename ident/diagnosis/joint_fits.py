@@ -33,13 +33,7 @@ RANK_TOL = 1e-9
 def friction_z(
     problem: Problem, joint: int, uncertainty: Callable[[Rows, Array], Array] = max_of_classical_and_jackknife
 ) -> Array:
-    """Return total and Coulomb friction of a joint over their standard deviations, shape (2,); 0 with too few rows.
-
-    Args:
-        problem: One motion, with any payload.
-        joint: The joint, from 0.
-        uncertainty: Covariance estimator.
-    """
+    """Return total and Coulomb friction of a joint over their standard deviations, shape (2,); 0 with too few rows."""
     rows = joint_rows(problem, joint)
     size = np.linalg.norm(rows.W, axis=0)
     U, s, Vt = np.linalg.svd(rows.W / np.where(size > 0.0, size, 1.0), full_matrices=False)
@@ -57,10 +51,7 @@ def friction_z(
 
 
 def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
-    """Return the diagnosis of joints that friction significantly drives in some problem of one motion, brakes in none.
-
-    Expected signs are those of the gains `about`, shape (n,), positive if None.
-    """
+    """Return the diagnosis of joints that friction drives and never brakes, for gains `about`, (n,), or positive."""
     n, found = problems[0].structure.arm.n, list[Diagnosis]()
     for j, sign in enumerate(np.ones(n) if about is None else np.sign(about)):
         z = [sign * float(largest(friction_z(problem, j))) for problem in problems]
@@ -94,13 +85,9 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
 def predicted_rel_std(
     observation: Observation, payload: Payload, gain: Array, options: GainOptions
 ) -> tuple[float | None, ...]:
-    """Predict the relative standard deviation of each gain, joint by joint; None if it is not identifiable.
+    """Predict the relative standard deviation of each gain with a payload; None if it is not identifiable.
 
-    Args:
-        observation: A motion with a bare flange.
-        payload: The payload to be mounted.
-        gain: Approximate gains [N m / drive unit], shape (n,).
-        options: When a gain counts as identifiable.
+    `gain` are approximate gains [N m / drive unit], shape (n,).
     """
     both = pair(observation, observation, payload, options)
     alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)

@@ -36,10 +36,7 @@ Sizes: TypeAlias = Mapping[Limit, Mapping[tuple[tuple[int, ...], str], float]]
 
 
 def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
-    """Return the size beyond which each direction, of one parameter, is excluded; None if it is not.
-
-    Predictions become worse with the size, so that it is found by bisection, for all directions at once.
-    """
+    """Size beyond which each direction, of one parameter, is excluded, by bisection; None if it is not."""
     score, count = fits.score, len(directions)
     if not count:
         return []
@@ -99,13 +96,7 @@ def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Alternative]:
 
 
 def exclusions(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) -> Iterator[Exclusion]:
-    """Return what the logs exclude, one sentence per family, with what its unit does to the gains.
-
-    Args:
-        seen: Comparison with all alternatives.
-        sizes: Its `undetected_sizes`.
-        base: The estimate, for the effect on the gains, or None.
-    """
+    """Return what the logs exclude, one sentence per family, with the effect of its unit on the gains."""
     for name, limit in LIMITS:
         for unit in dict.fromkeys(unit for _, unit in sizes[limit]):
             same = {joints: _rounded(size) for (joints, at), size in sizes[limit].items() if at == unit}
@@ -147,10 +138,7 @@ def centres_excluded(base: HeldOutEstimate) -> Iterator[Exclusion]:
 
 
 def largest_undetected(seen: Survey, sizes: Sizes, base: HeldOutEstimate) -> str | None:
-    """Return the fault within the limits with the largest effect on a gain in its standard deviations.
-
-    A fault without a limit counts with 1 %. None if no fault changes a gain.
-    """
+    """Return the fault within its limit, of 1 % without one, with the largest effect on a gain; None without effect."""
     found = list[tuple[float, str]]()
     for name, limit in LIMITS:
         for each in _of_limit(seen, name, limit):
@@ -168,13 +156,7 @@ def largest_undetected(seen: Survey, sizes: Sizes, base: HeldOutEstimate) -> str
 
 
 def undetectable(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) -> Iterator[str]:
-    """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
-
-    Args:
-        seen: Comparison with all alternatives.
-        sizes: Its `undetected_sizes`.
-        base: The estimate, for the effect on the gains, or None.
-    """
+    """Return faults of single joints, and factors of time and currents, that these logs cannot reveal."""
     open_ones = _of_every_log(seen)
     for j in range(seen.logs.structure.arm.n):
         own = [each for each in open_ones if each.joints == (j,)]
@@ -190,7 +172,7 @@ def undetectable(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None
 
 
 def undetectable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
-    """Return faults of several joints together that these logs cannot reveal; arguments as for `undetectable`."""
+    """Return faults of several joints together that these logs cannot reveal."""
     bounded = {"clock", *(name for name, limit in LIMITS if not limit.column and sizes[limit])}
     words = [each.words for each in _of_every_log(seen) if len(each.joints) != 1 and each.family not in bounded]
     if words:

@@ -45,12 +45,7 @@ class FreeModel:
 
 
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
-    """Fit every joint of a problem freely.
-
-    Args:
-        problem: The observed logs.
-        further: Further columns of each joint, n arrays of shape (r_j, m), or empty.
-    """
+    """Fit every joint of a problem freely, with further columns of each joint, n arrays of shape (r_j, m), if any."""
     n = problem.structure.arm.n
     rows = tuple(joint_rows(problem, joint) for joint in range(n))
     lengths = row_counts(problem)

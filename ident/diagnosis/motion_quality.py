@@ -208,11 +208,7 @@ class Warmth:
 def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
     """Check how much each joint warmed within each log, and from the first log to each other one.
 
-    Magnets and friction change with temperature. The default estimator has separate friction for every motion, which
-    accounts for differences between motions, but not for drift within one.
-
-    Args:
-        warmths: Temperatures of the logs that have them, in the order of the command line; may be empty.
+    Friction of every motion is estimated separately, which accounts for differences of motions, not for drift in one.
     """
     found, sound = list[Diagnosis](), list[Warmth]()
     for each in warmths:

@@ -73,12 +73,7 @@ def check_payloads(motions: Sequence[Motion]) -> None:
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse, by `NotIdentifiable`, an estimate without a load, without gains, or with a negative load (swapped files).
-
-    Args:
-        estimate: The one that is reported: a load may be insignificant with another method.
-        bare: Whether a motion has a bare flange.
-    """
+    """Refuse, by `NotIdentifiable`, an estimate without a load, without gains, or with a negative load (swapped)."""
     load_z = joint_signs(estimate).load_z
     if len(load_z) and not (np.abs(load_z) > LOAD_Z).any():
         if not bare:
@@ -102,10 +97,9 @@ def cause_of(error: IdentificationError, problem: Problem) -> IdentificationErro
 
 
 def swapped(estimate: GainEstimate) -> bool:
-    """Whether all loads of an estimate with gains are negative, as the two files are swapped.
+    """Whether all loads of an estimate with gains are negative, for the sign of friction, or positive gains without it.
 
-    A negative gain also makes friction over gain negative; swapped files change the sign of the payload only. If
-    friction is not significant, positive gains are expected.
+    A negative gain also makes friction over gain negative; swapped files change the sign of the payload only.
     """
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z

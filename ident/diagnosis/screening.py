@@ -57,13 +57,7 @@ class SubsampledStates:
 
 
 def subsampled_states(recording: Recording, most: int, options: ObserveOptions) -> SubsampledStates:
-    """Return states at samples distributed evenly over a recording.
-
-    Args:
-        recording: One motion, long enough for the filters.
-        most: Largest number of samples; samples closer than `options.rows_per_second` would be redundant.
-        options: Filters.
-    """
+    """Return states at most `most` samples, distributed evenly, not closer than `options.rows_per_second`."""
     recording = resampled(recording)
     edge = edge_samples(recording.period, min(options.cutoff_hz, options.decimation_cutoff_hz))
     inner = slice(edge, len(recording.t) - edge)
@@ -114,17 +108,11 @@ def improvements(left: Array, freedom: Array, at: Sequence[SubsampledStates]) ->
 def unexplained(
     logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates], least: float = -np.inf
 ) -> Iterator[tuple[Array, Array]]:
-    """Yield the residuals of the currents under hypotheses, with the equations of ever more joints.
+    """Yield the residuals of the currents under K hypotheses, with the equations of ever more joints.
 
-    Args:
-        logs: The logs.
-        hypotheses: K hypotheses; others are compared with the first.
-        at: Subsampled states of each log.
-        least: Improvement below which a hypothesis is looked at no further.
-
-    Yields:
-        Mean squares of each column of currents in each log, in its own unit, infinite if not (yet) known, and degrees
-        of freedom, each of shape (K, n, logs). The arrays are changed by the next step.
+    They are mean squares of each column of currents in each log, in its own unit, infinite if not (yet) known, and
+    degrees of freedom, both of shape (K, n, logs), changed by the next step. A hypothesis that improves on the first
+    one by less than `least` is looked at no further.
     """
     arm, K = logs.structure.arm, len(hypotheses)
     left, freedom = np.full((K, arm.n, len(at)), np.inf), np.zeros((K, arm.n, len(at)))
@@ -187,11 +175,7 @@ def _normals(
     columns: Sequence[Sequence[_Columns]],
     joints: range,
 ) -> tuple[Indices, list[list[_Normal]]]:
-    """Return the equations of joints in every log under every distinct hypothesis on its positions and the arm.
-
-    Returns:
-        Index of the equations of each hypothesis, shape (K, logs), and the equations of each joint and log.
-    """
+    """Return the index of each hypothesis' equations, (K, logs), and the distinct equations of each joint and log."""
     number, found = np.empty((len(hypotheses), len(at)), np.intp), [list[_Normal]() for _ in joints]
     for k, log in enumerate(at):
         distinct, N = dict[bytes, tuple[int, Hypothesis]](), len(log.v)
@@ -251,15 +235,8 @@ def _normal(X: Array, own: Array, v: Array, moving: Array) -> _Normal:
 def _solved(normals: Sequence[_Normal], number: Indices, current: Indices, unit: Array) -> tuple[Array, Array, Array]:
     """Fit one joint's currents by the columns of all logs, for each of u combinations of hypotheses.
 
-    Args:
-        normals: Normal equations of the joint in each log.
-        number: Hypothesis on the positions of each log, shape (u, logs).
-        current: Column of the joint's currents in each log, shape (u, logs).
-        unit: Factor of these, shape (u, logs).
-
-    Returns:
-        Sum of squared residuals and number of samples of each log, each of shape (u, logs), and degrees of freedom,
-        shape (u, 1).
+    These are the index of the equations in `normals`, the column of the currents and its factor, all of shape
+    (u, logs). Return sums of squared residuals and samples of each log, (u, logs), and degrees of freedom, (u, 1).
     """
     positions, which = np.unique(number, axis=0, return_inverse=True)  # currents do not change the matrix
     gram = np.sum([own.gram[positions[:, k]] for k, own in enumerate(normals)], axis=0)
@@ -327,10 +304,7 @@ def _columns_of(logs: Logs, of_arm: Sequence[Indices], of_payload: Sequence[Indi
 
 @lru_cache(maxsize=8)
 def _unknowns(structure: Structure, *, upright: bool) -> tuple[tuple[Indices, ...], tuple[Indices, ...]]:
-    """Base columns of each joint alone, and independent ones of the payload, for the model's or for any gravity.
-
-    Parameters that are unidentifiable with a general gravity are so with any.
-    """
+    """Base columns of each joint alone, and independent ones of the payload, for the model's or for any gravity."""
     if not upright and structure.arm.gravity.any():
         structure = structure_of(replace(structure.arm, gravity=ASLANT))
     ten = np.arange(len(structure.payload_columns))

@@ -204,12 +204,8 @@ def add_significant(
 ) -> Iterator[Significant[Model, Found]]:
     """Yield what a model significantly lacks, that which explains most first, each with the earlier ones included.
 
-    Args:
-        model: The model of the logs.
-        compare: Returns the significant hypotheses beside a model.
-        extend: Returns a model with a hypothesis included.
-        most: Largest number of hypotheses, None for any number.
-        confirms: Whether a hypothesis is accepted; the next best one is taken if it is not.
+    The next best of the hypotheses that `compare` returns is taken if `confirms` denies one; `most` is their largest
+    number, None for any.
     """
     for _ in count() if most is None else range(most):
         candidates = compare(model)
@@ -231,11 +227,8 @@ def faults(
 ) -> Iterator[Fault]:
     """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included.
 
-    Args:
-        seen: Comparison with all alternatives.
-        confirms: Whether an estimate, which has more information, agrees with a fault of the logs.
-        harmless: Whether a small fault changes no gain noticeably to first order: if all that are significant do not,
-            none is compared exactly. Long logs show errors of a hundredth of a degree.
+    A fault must be confirmed by an estimate, which has more information. If all significant small faults are harmless,
+    none is compared exactly: long logs show errors of a hundredth of a degree.
     """
     original = seen.logs.problem
 

@@ -229,10 +229,7 @@ def _of_payload(
     change: Array,
     prior_std: Sequence[float] = (),
 ) -> Alternative:
-    """Return the currents from a change of a payload's standard parameters, shape (10, m).
-
-    Changes without effect, as of a centre along the axes of an arm whose axes are all parallel, are left out.
-    """
+    """Return the currents from a change of a payload's parameters, (10, m), without columns that have no effect."""
     inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
     columns = tuple(inverse[j] * (own.W_L[which] @ change) if j in inverse else None for j, own in enumerate(rows))
     size = np.sqrt(np.sum([np.sum(each**2, axis=0) for each in columns if each is not None], axis=0))

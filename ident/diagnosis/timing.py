@@ -69,10 +69,7 @@ def least_seconds(observing: ObserveOptions, n: int) -> float:
 
 
 def usable_parts(recording: Recording, observing: ObserveOptions) -> list[slice]:
-    """Rows between gaps that are too long to interpolate, if there are enough for the filters.
-
-    Empty without such a gap, or if no part is long enough.
-    """
+    """Rows between gaps too long to interpolate, if there are enough for the filters; none without such a gap."""
     t, least = recording.t, least_seconds(observing, recording.n)
     gaps = np.flatnonzero(np.diff(t) > LARGEST_GAP * intervals(recording).usual) + 1
     ends = pairwise([0, *gaps.tolist(), len(t)] if len(gaps) else [])
@@ -172,10 +169,9 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
 
 
 def speed_beside(rate: Array) -> Array:
-    """Median speed of the steps to each side of every step, without the step itself, shape (n, N - 1).
+    """Median speed of the 4 steps to each side of every step, without the step itself, shape (n, N - 1).
 
-    The eight speeds x_-4 .. x_-1, x_1 .. x_4 are sorted by a network (Knuth, vol. 3, 5.3.4) whose first two rounds
-    compare the same pairs for neighbouring steps.
+    They are sorted by a network (Knuth, vol. 3, 5.3.4) whose first two rounds neighbouring steps share.
     """
 
     def ordered(x: Array, y: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from ident.diagnosis.estimate_evidence import (
     severity_of,
     stated,
 )
-from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, scored_as
@@ -49,6 +49,7 @@ from ident.diagnosis.search import (
     direction_of,
     directions,
     faults,
+    refined,
     survey,
 )
 from ident.diagnosis.terms import ELASTICITY
@@ -58,8 +59,8 @@ from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
 DELAY = "delay"
-STEPS = 6
-"""Largest number of estimates that refine the size of a fault that only gains reveal."""
+STEPS = 5
+"""Largest number of further estimates that refine the size of a fault that only gains reveal."""
 LINEAR = 1e-6
 """Relative part of the influence outside the column space; larger for instruments and total least squares than for
 least squares."""
@@ -91,14 +92,14 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     elif of_logs:  # what the estimate still lacks after the faults of the logs are corrected
         last = of_logs[-1].best
         assert isinstance(last, Exact), "a fault of the logs"
-        corrected, problem = known.of(last), last.read.problem
-        if corrected is not None and _linear(corrected):
-            fit, own = reference(problem), stated(problem, corrected)
+        own = known.predicting(last)
+        if own is not None:
+            fit = reference(last.read.problem)
             after = Survey(last.read, fit, tuple(directions(fit, last.read)), (), ())
-            further = [*_Known(corrected, own, known.reestimate).beyond_first_order(after)]
+            further = [*_Known(own.estimate, own, known.reestimate).beyond_first_order(after)]
             diagnoses += [_of_fault(each, after, known) for each in further]
             if not further:
-                stiff, model = corrected.solution.stiff, last.read.model
+                stiff, model = own.estimate.solution.stiff, last.read.model
                 diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
     else:
         elastic = any(
@@ -152,13 +153,11 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
         return 0.0, Diagnosis(name=DELAY, sentence=f"no delay of the currents detected; {shown}", asked=True)
     assert isinstance(first.best, Exact), "a fault of the logs"
     found, std = first.best.alternative, first.best.std
-    if found.key != (DELAY, (), logs.every) or found.value is None:
-        sentence = f"delay not corrected, because another fault is more significant: {found.words}"
-        return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=sentence, asked=True)
-    if first.rivals:
-        rivals = " or ".join(first.rival_words)
-        sentence = f"delay not corrected: {found.words}, which these logs cannot distinguish from: {rivals}"
-        return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=sentence, asked=True)
+    other = found.key != (DELAY, (), logs.every)
+    if other or found.value is None or first.rivals:
+        reason = f": {found.words}, which these logs cannot distinguish from: {' or '.join(first.rival_words)}"
+        reason = f", because another fault is more significant: {found.words}" if other else reason
+        return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=f"delay not corrected{reason}", asked=True)
     way, size = "late" if found.value > 0.0 else "early", f"{abs(found.value):.2g}"
     if std is not None:
         places = max(0, -int(np.floor(np.log10(std)))) if std > 0.0 else 2
@@ -190,12 +189,17 @@ class _Known:
                 self.others[found.alternative] = None
         return self.others[found.alternative]
 
+    def predicting(self, found: Exact) -> HeldOutEstimate | None:
+        """The same, prepared for predictions; None also if its rows have no influence."""
+        other = self.of(found)
+        return None if other is None or not _linear(other) else stated(found.read.problem, other)
+
     def confirms(self, found: Exact) -> bool:
         """Whether a fault improves the predictions of the estimate, which needs less motion than the free model."""
-        other = self.of(found)
-        if self.base is None or other is None or not _linear(other):
+        other = self.predicting(found)
+        if self.base is None or other is None:
             return True
-        read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
+        read = scored_as(other.by_joint, found.alternative.hypothesis)
         return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
 
     def beyond_first_order(self, seen: Survey) -> Iterator[Fault]:
@@ -226,32 +230,24 @@ class _Known:
                 yield Fault(seen, best, tuple(each for each in within if z_of(best.u - each.u) < TIE))
 
     def _far(self, logs: Logs, start: FirstOrder) -> Exact | None:
-        """The estimate under a fault, with the size that fits best; None if the first order is valid for it.
-
-        The size is found by first-order steps of limited length, each from another estimate.
-        """
+        """The estimate under a fault, with the size that fits best; None if the first order is valid for it."""
         assert self.base is not None, "asked of what the estimate lacks"
-        limit, size = start.alternative.largest, np.zeros_like(start.value)
-        best, now, step = None, start.alternative, start.value
-        for _ in range(STEPS):
-            step = np.clip(step, -limit, limit)
-            now = now.at(step)
-            found = Exact(now, np.empty(0), logs, logs.model.fits.score)
-            other = self.of(found)
-            if other is None or not _linear(other):
-                break
-            beside = stated(found.read.problem, other)
-            score = scored_as(beside.by_joint, now.hypothesis)
-            found = replace(found, u=log_density_improvement(self.base.by_joint, score), score=score)
-            further = direction_of(found)
-            more = None if further is None else beside.each_added([further])[0]
-            if more is None or (best is not None and found.gain <= best.gain):
-                break
-            size += step
-            best, step = replace(found, spread=np.sqrt(np.diag(more.covariance))), more.value
-            if not (np.abs(step) > SETTLED * np.asarray(best.spread)).any():
-                break
-        return best if (np.abs(size) > limit).any() else None
+        given, limit = self.base.by_joint, start.alternative.largest
+
+        def compare(alternative: Alternative) -> Exact | None:
+            found = Exact(alternative, np.empty(0), logs, logs.model.fits.score)
+            if (other := self.predicting(found)) is None:
+                return None
+            score = scored_as(other.by_joint, alternative.hypothesis)
+            return replace(found, u=log_density_improvement(given, score), score=score)
+
+        def change(found: Exact) -> Evidence | None:
+            further, other = direction_of(found), self.predicting(found)
+            return None if further is None or other is None else other.each_added([further])[0]
+
+        first = np.clip(start.value, -limit, limit)
+        best, moved = refined(start.alternative.at(first), compare, change, steps=STEPS, least=SETTLED, limit=limit)
+        return best if (np.abs(first + moved) > limit).any() else None
 
     def harmless(self, found: FirstOrder) -> bool:
         """Whether a fault changes no gain noticeably, to first order, so that it is left to what the estimate lacks."""

@@ -6,6 +6,7 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import count
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
@@ -110,17 +111,11 @@ Model = TypeVar("Model")
 
 
 class Significant(NamedTuple, Generic[Model, Found]):
-    """A fault, or a term that a model lacks.
+    """A fault, or a term that a model lacks."""
 
-    Attributes:
-        model: The model, with what was found earlier.
-        best: The fault or term.
-        rivals: Alternatives that cannot be distinguished from it.
-    """
-
-    model: Model
-    best: Found
-    rivals: tuple[Found, ...]
+    model: Model  # the model, with what was found earlier
+    best: Found  # the fault or term
+    rivals: tuple[Found, ...]  # alternatives that cannot be distinguished from it
 
     @property
     def rival_words(self) -> tuple[str, ...]:
@@ -272,44 +267,46 @@ def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact
     for each, least in likely:
         if each.key in seen.exact:
             continue
-        full = _refined(seen.logs, each, least)
+        full, _ = refined(each, partial(compared, seen.logs), _change, steps=REFINED, least=least)
         if full is not None and (each.key not in found or found[each.key].gain < full.gain):
             found[each.key] = full
     seen.exact.update(found)
     return list(found.values())
 
 
-def _refined(logs: Logs, alternative: Alternative, least: float) -> Exact | None:
-    """Return an alternative, evaluated exactly, with the size that fits best, by first-order steps.
+def refined(
+    first: Alternative,
+    compare: Callable[[Alternative], Exact | None],
+    change: Callable[[Exact], Evidence | None],
+    *,
+    steps: int,
+    least: float,
+    limit: float = np.inf,
+) -> tuple[Exact | None, Array]:
+    """Return an alternative with the size that fits best, by first-order steps, and their sum, shape (m,).
 
-    Args:
-        logs: The logs as they are.
-        alternative: The initial alternative.
-        least: Smallest first step, in standard deviations; larger for a large alternative with a special size, such as
-            a negated position.
+    The first step is at least `least` standard deviations: more for a large alternative with a special size, such as a
+    negated position.
     """
-    best = compared(logs, alternative)
-    for _ in range(REFINED):
-        refined = None if best is None else best.alternative.refined
-        if best is None or refined is None or best.z < SHOWN - 1.0:
+    best, moved = compare(first), np.zeros(first.parameters)
+    for _ in range(steps):
+        more = None if best is None or best.alternative.refined is None else change(best)
+        if best is None or more is None:
             break
-        more = _change(best)
-        if more is None:
+        best = replace(best, spread=np.sqrt(np.diag(more.covariance)))
+        if not (np.abs(more.value) > least * np.asarray(best.spread)).any():
             break
-        spread = np.sqrt(np.diag(more.covariance))
-        best = replace(best, spread=spread)
-        if not (np.abs(more.value) > least * spread).any():
-            break
-        nearer = compared(logs, refined(more.value))
+        step = np.clip(more.value, -limit, limit)
+        nearer = compare(best.alternative.at(step))
         if nearer is None or nearer.gain <= best.gain:
             break
-        best, least = replace(nearer, spread=spread), SETTLED
-    return best
+        best, moved, least = replace(nearer, spread=best.spread), moved + step, SETTLED
+    return best, moved
 
 
 def _change(found: Exact) -> Evidence | None:
-    """Return the next change of the parameters; None if it is not determined."""
-    further = direction_of(found)
+    """Return the next change of the parameters; None if it is not determined, or if the alternative is unlikely."""
+    further = None if found.z < SHOWN - 1.0 else direction_of(found)
     return None if further is None else each_added(found.read.model.fits, [further.columns])[0]
 
 

@@ -102,9 +102,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
                 stiff, model = own.estimate.solution.stiff, last.read.model
                 diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
     else:
-        elastic = any(
-            each.best.alternative.family == ELASTICITY for each in found
-        )  # from the logs alone: nothing imitates it
+        # from the logs alone: nothing imitates it
+        elastic = any(each.best.alternative.family == ELASTICITY for each in found)
         stiff = None if elastic else base.solution.stiff
         diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
     if estimate is not None:

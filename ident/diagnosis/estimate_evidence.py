@@ -94,10 +94,9 @@ class HeldOutEstimate:
         parts = ((columns[j], rows.V[rows.of(j)]) for j in rows.unknowns)
         return np.vstack([np.zeros((len(V), width)) if each is None else each for each, V in parts])
 
-    def weighted(self, direction: Alternative) -> Alternative:
-        """A direction, converted to the rows of the estimate's fit, which is one part."""
-        weight = self.solution.rows.weight[:, None]
-        return replace(direction, columns=(weight * self.stacked(direction.columns),))
+    def weighted(self, direction: Alternative) -> Array:
+        """Columns of a direction on the rows of the estimate's fit, shape (R, m)."""
+        return self.solution.rows.weight[:, None] * self.stacked(direction.columns)
 
     @cached_property
     def _known(self) -> dict[tuple[Alternative, float], Evidence | None]:
@@ -107,16 +106,14 @@ class HeldOutEstimate:
     def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
         """Improvement by each of many directions, each added alone; None also for less than `worth`."""
         new = [each for each in directions if (each, worth) not in self._known]
-        found = each_added(self.fits, [self.weighted(each).columns for each in new], worth)
+        found = each_added(self.fits, [(self.weighted(each),) for each in new], worth)
         self._known.update(((each, worth), more) for each, more in zip(new, found, strict=True))
         return [self._known[each, worth] for each in directions]
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""
         held = self._held
-        (columns,) = self.weighted(direction).columns
-        assert columns is not None, "weighted"
-        columns = column_space(columns)
+        columns = column_space(self.weighted(direction))
         left = held.fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
@@ -255,7 +252,8 @@ def lacks_of(
     if free is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
         beside_faults = any(each.severity is Severity.WRONG for each in faults)
-        yield from _unexplained(_extended(*lacks[-1][:2]) if lacks else base, free, beside_faults=beside_faults)
+        last = lacks[-1].model.beside(lacks[-1].best.alternative) if lacks else base
+        yield from _unexplained(last, free, beside_faults=beside_faults)
 
 
 Lack: TypeAlias = Significant[HeldOutEstimate, FirstOrder]
@@ -268,12 +266,7 @@ def shown_beside(base: HeldOutEstimate, choices: Sequence[Alternative]) -> Itera
     def significant(base: HeldOutEstimate) -> list[FirstOrder]:
         return [each for each in added(choices, base.each_added(choices, WORTH)) if each.within and each.z > SHOWN]
 
-    return add_significant(base, significant, _extended)
-
-
-def _extended(base: HeldOutEstimate, found: FirstOrder) -> HeldOutEstimate:
-    """The model with an effect, which then adds nothing."""
-    return base.beside(found.alternative)
+    return add_significant(base, significant, lambda base, found: base.beside(found.alternative))
 
 
 def imitated(
@@ -323,9 +316,8 @@ def _of_payload(
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
-    if (
-        first is not None and of_payload and not _leaves(_extended(first.model, first.best), free)
-    ):  # its size is correct to first order
+    if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), free):
+        # its size is correct to first order
         diagnosis = diagnosis_of(first, names, reestimate)
     else:
         logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
@@ -401,7 +393,9 @@ def diagnosis_of(lack: Lack, names: Sequence[str], reestimate: Estimate | None =
     if best.alternative.at_fault and reestimate is not None and not base.estimate.identifiable.all():
         with suppress(IdentificationError):
             corrected = reestimate(_without(base.problem, best))
-    effects = base.effects(base.stacked(best.alternative.columns) @ best.value, _extended(base, best), corrected)
+    effects = base.effects(
+        base.stacked(best.alternative.columns) @ best.value, base.beside(best.alternative), corrected
+    )
     severity = severity_of(effects)
     limit = 100.0 * base.problem.options.max_rel_std
     beyond = any(each.spoils and abs(each.percent) > limit for each in effects)

@@ -286,8 +286,8 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
     square, left, along = np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, 1))
     variance = fits.score.by_log
     least = np.min(np.where(variance > 0.0, variance, np.inf), axis=1)
-    for unit, (part, which, columns) in zip(least, _stacked(fits, choices), strict=True):
-        if part is not None and len(which) and np.isfinite(unit):
+    for j, part, which, columns in stacked(fits, choices):
+        if np.isfinite(unit := least[j]):
             c = columns.reshape(len(columns), len(which), m).transpose(1, 2, 0)
             inside = part.fit.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
             square[which] += np.einsum("kmr,kmr->km", c, c) / unit
@@ -298,12 +298,12 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
     return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
 
 
-def _stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[HeldOut | None, Indices, Array]]:
+def stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[int, HeldOut, Indices, Array]]:
     """Each part of the fits, with the indices of the sets that are not zero on it, shape (K,), and their columns."""
     for j, part in enumerate(fits.parts):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
-        columns = np.hstack([own for _, own in felt]) if felt else np.zeros((0, 0))
-        yield part, np.array([k for k, _ in felt], np.intp), columns
+        if part is not None and felt:
+            yield j, part, np.array([k for k, _ in felt], np.intp), np.hstack([own for _, own in felt])
 
 
 def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> list[Evidence | None]:
@@ -314,8 +314,8 @@ def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> lis
     square, products = np.zeros((K, m)), np.zeros((K, m, m + 1))  # columns' squares; times residuals
     left, crossed, residual = (np.zeros((K, blocks, m, width)) for width in (m, m, 2))
     felt = list[tuple[int, Indices, Array, Array]]()
-    for j, (part, which, columns) in enumerate(_stacked(fits, choices)):
-        if part is None or not len(which) or fits.sigma[j] <= 0.0:
+    for j, part, which, columns in stacked(fits, choices):
+        if fits.sigma[j] <= 0.0:
             continue
         sets, unit, e = (len(which), m), fits.sigma[j] ** 2, part.fit.residual[:, None]
         rest = part.fit.without(columns)

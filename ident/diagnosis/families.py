@@ -12,15 +12,7 @@ import numpy as np
 
 from ident.diagnosis import terms
 from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.hypothesis import (
-    Alternative,
-    Logs,
-    beyond_limits,
-    in_logs,
-    scopes,
-    small,
-    within_limits,
-)
+from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
 from ident.diagnosis.models import STEP, Reference, with_arm, with_time
 from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
@@ -39,24 +31,16 @@ class Limit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family:
-    """A kind of fault, or of term of the model.
+    """A kind of fault, or of term of the model: large ones as hypotheses, small ones as columns of currents."""
 
-    Attributes:
-        name: Name of its directions.
-        alternatives: Large ones, as hypotheses.
-        laborious: Large ones of another arm, which are compared only if the logs show some fault or term.
-        directions: Small ones, with columns of currents; none if all are large.
-        seldom: Whether it is a rare fault, so that it comes last of alternatives that predict equally well.
-        limits: Sizes that are bounded. Its own large alternatives are then not reported as excluded.
-        excluded: Names of its large alternatives that are excluded as a whole or by joint, with their wording.
-    """
-
-    name: str
-    alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
+    name: str  # name of its directions
+    alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()  # large ones
+    # large ones of another arm, which are compared only if the logs show some fault or term:
     laborious: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
-    directions: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()
-    seldom: bool = False
-    limits: tuple[Limit, ...] = ()
+    directions: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()  # small ones
+    seldom: bool = False  # whether it is a rare fault, which comes last of alternatives that predict equally well
+    limits: tuple[Limit, ...] = ()  # sizes that are bounded; large alternatives are then not reported as excluded
+    # names of its large alternatives that are excluded as a whole or by joint, with their wording:
     excluded: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
@@ -244,11 +228,8 @@ def transmissions(logs: Logs) -> Iterator[Alternative]:
 
 def _sum(row: Sequence[float], j: int) -> str:
     """Sum of the positions of a joint, from 0, and the next one, with signs, in words."""
-    return (
-        f"joint {j + 1} {'plus' if row[0] == row[1] else 'minus'} joint {j + 2}"
-        if row[0] > 0.0
-        else (f"joint {j + 2} minus joint {j + 1}")
-    )
+    first, second = (j + 1, j + 2) if row[0] > 0.0 else (j + 2, j + 1)
+    return f"joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
 
 
 SAME = 1e-6
@@ -285,11 +266,7 @@ def tilted(logs: Logs, turn: Array) -> Alternative:
     rotated = c * gravity + s * np.cross(axis, gravity) + (1.0 - c) * float(axis @ gravity) * axis
     degrees, about = float(np.rad2deg(angle)), ", ".join(f"{x:.2g}" for x in axis + 0.0)
     found = _standing(logs, rotated, f"the base is tilted by {degrees:.2g} degrees about ({about})")
-
-    def refined(more: Array) -> Alternative:
-        return tilted(logs, turn + more)
-
-    return replace(found, value=degrees, unit="degrees", refined=refined)
+    return replace(found, value=degrees, unit="degrees", refined=lambda more: tilted(logs, turn + more))
 
 
 def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:

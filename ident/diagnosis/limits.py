@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate
-from ident.diagnosis.evidence import Fits, each_z, log_density_improvement
+from ident.diagnosis.evidence import Fits, each_z, log_density_improvement, stacked
 from ident.diagnosis.families import FAMILIES, Limit
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.search import SHOWN, Survey
@@ -41,14 +41,11 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
     if not count:
         return []
     cross, square = np.zeros((2, count, *score.squares.shape))
-    for j, part in enumerate(fits.parts):
-        felt = [(k, own) for k, each in enumerate(directions) if (own := each.columns[j]) is not None]
-        if part is not None and felt:
-            which, columns = [k for k, _ in felt], np.hstack([own for _, own in felt])
-            held = part.predicted(part.fit.without(columns))
-            residual = part.predicted(part.fit.residual[:, None])
-            cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
-            square[which, j] = np.einsum("brk,brk->bk", held, held).T
+    for j, part, which, columns in stacked(fits, [each.columns for each in directions]):
+        held = part.predicted(part.fit.without(columns))
+        residual = part.predicted(part.fit.residual[:, None])
+        cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
+        square[which, j] = np.einsum("brk,brk->bk", held, held).T
     felt = np.asarray(square.any(axis=2))  # (directions, parts): other parts do not change
     largest, last = np.array([each.largest for each in directions]), len(SIZES) - 1
 
@@ -60,10 +57,8 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
         z = each_z(log_density_improvement(score, replace(score, squares=moved)))  # (directions, 2)
         return z.max(axis=1) < -SHOWN
 
-    below, above = (
-        np.full(count, -1),
-        np.full(count, last),
-    )  # not lost at the first, unless it is -1; lost at the second
+    # not lost at the first, unless it is -1; lost at the second
+    below, above = np.full(count, -1), np.full(count, last)
     found = lost(above)  # not without an effect: z is 0
     while (above - below > 1).any():
         middle = (below + above) // 2
@@ -74,10 +69,8 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
 
 def undetected_sizes(seen: Survey) -> Sizes:
     """Return the largest size that is not excluded of each kind of small fault; of one log, that of any log."""
-    found = {limit: dict[tuple[tuple[int, ...], str], float]() for family in FAMILIES for limit in family.limits}
-    own = [
-        (limit, each) for family in FAMILIES for limit in family.limits for each in _of_limit(seen, family.name, limit)
-    ]
+    found = {limit: dict[tuple[tuple[int, ...], str], float]() for _, limit in LIMITS}
+    own = [(limit, each) for name, limit in LIMITS for each in _of_limit(seen, name, limit)]
     for (limit, each), size in zip(own, bounds(seen.logs.model.fits, [each for _, each in own]), strict=True):
         unit, scale = _unit(each)
         key, sizes = (each.joints, unit), found[limit]
@@ -126,8 +119,7 @@ def centres_excluded(base: HeldOutEstimate) -> Iterator[Exclusion]:
     """Return excluded errors of specified centres of payloads, along any axis."""
     for each in base.payload_errors:
         if each.family == CENTRE and each.prior_std is None:
-            (columns,) = base.weighted(each).columns
-            assert columns is not None, "weighted"
+            columns = base.weighted(each)
             axes = [replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T]
             sizes = [np.inf if size is None else size for size in bounds(base.fits, axes)]
             if sizes and max(sizes) < np.inf:

@@ -194,15 +194,10 @@ def _rms(x: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Warmth:
-    """Temperatures of one log.
+    """Temperatures of one log."""
 
-    Attributes:
-        log: Its name.
-        celsius: Of every joint [degrees Celsius], shape (N, n).
-    """
-
-    log: str
-    celsius: Array
+    log: str  # its name
+    celsius: Array  # of every joint [degrees Celsius], shape (N, n)
 
 
 def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
@@ -225,10 +220,8 @@ def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
             sentence = f"the temperature of joint {j + 1} jumps or is outside {limits}; it is ignored"
             found.append(finding(each.log, "temperature", sentence, severity=Severity.WEAK, joints=(j,)))
     for each in sound[1:]:
-        than, rise = (
-            f" than in {PurePath(sound[0].log).name}",
-            each.celsius.mean(axis=0) - sound[0].celsius.mean(axis=0),
-        )
+        than = f" than in {PurePath(sound[0].log).name}"
+        rise = each.celsius.mean(axis=0) - sound[0].celsius.mean(axis=0)
         advice = "warm up first; record bare, loaded and bare again"
         found.append(_warming(each.log, "is warmer by", than, rise, 1.0, advice))
     return found

@@ -10,7 +10,7 @@ The equations of the last joints have few columns. A hypothesis that these contr
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -142,30 +142,18 @@ def unexplained(
 
 
 class _Normal(NamedTuple):
-    """Normal equations of a joint in a log under S hypotheses on positions, without the log's own columns.
+    """Normal equations of a joint in a log under S hypotheses on positions, without the log's own columns."""
 
-    Attributes:
-        gram: Gram matrices of the p shared columns, shape (S, p, p).
-        rhs: Shared columns times all currents, shape (S, p, n).
-        size: Sums of squares of the shared columns before the elimination, shape (S, p).
-        square: Sum of squares of each current on the joint's samples after the elimination, shape (S, n).
-        rows: Number of samples, shape (S,).
-        felt: Number of own columns that are not zero, shape (S,).
-    """
-
-    gram: Array
-    rhs: Array
-    size: Array
-    square: Array
-    rows: Array
-    felt: Array
+    gram: Array  # Gram matrices of the p shared columns, shape (S, p, p)
+    rhs: Array  # shared columns times all currents, shape (S, p, n)
+    size: Array  # sums of squares of the shared columns before the elimination, shape (S, p)
+    square: Array  # sum of squares of each current on the joint's samples after the elimination, shape (S, n)
+    rows: Array  # number of samples, shape (S,)
+    felt: Array  # number of own columns that are not zero, shape (S,)
 
 
-class _Columns(NamedTuple):
-    """Indices of the columns of a joint in a log: those common to all logs, shape (p,), and its own, shape (o,)."""
-
-    shared: Indices
-    own: Indices
+_Columns: TypeAlias = tuple[Indices, Indices]
+"""Indices of the columns of a joint in a log: those common to all logs, shape (p,), and its own, shape (o,)."""
 
 
 def _normals(
@@ -181,16 +169,9 @@ def _normals(
         distinct, N = dict[bytes, tuple[int, Hypothesis]](), len(log.v)
         for which, each in enumerate(hypotheses):
             how = each.logs[k]
-            parts = (
-                each.gravity,
-                each.length_factors,
-                how.q_factor,
-                how.q_mixing,
-                how.zero,
-                how.q_order,
-                np.float64(how.clock),
-            )
-            number[which, k], _ = distinct.setdefault(b"".join(part.tobytes() for part in parts), (len(distinct), each))
+            parts = each.gravity, each.length_factors, how.q_factor, how.q_mixing, how.zero, how.q_order
+            key = b"".join(part.tobytes() for part in (*parts, np.float64(how.clock)))
+            number[which, k], _ = distinct.setdefault(key, (len(distinct), each))
         states = [each for _, each in distinct.values()]
         own = [each.logs[k] for each in states]
         moving = np.array([log.moving[:, how.q_order] for how in own], np.float64)  # (S, N, n)
@@ -298,7 +279,7 @@ def _columns_of(logs: Logs, of_arm: Sequence[Indices], of_payload: Sequence[Indi
             own = [len(STANDARD) * j + DRIFTING for j in range(len(of_arm))]
         if motion.payload is not motions[0].payload:
             own = [np.concatenate(each) for each in zip(own, of_payload, strict=True)]
-        found.append([_Columns(*each) for each in zip(of_arm, own, strict=True)])
+        found.append(list(zip(of_arm, own, strict=True)))
     return found
 
 

@@ -137,11 +137,10 @@ def frozen(recording: Recording) -> Iterator[Unmeasured]:
 
 
 def _frozen_position(recording: Recording, j: int) -> Mask:
-    """Mask of the samples of a frozen position.
+    """Mask of the samples of a frozen position, which then jumps, or stops at speed, while other joints move.
 
-    It remains constant and then jumps by `AHEAD` times its neighbouring steps, or stops at speed and remains constant
-    to the end, while other joints move. A joint that comes to rest decelerates before, and starts slowly; the steps of
-    a coarse encoder, or of a column that is logged at a lower rate, are as large as their neighbours.
+    A joint that comes to rest decelerates before, and starts slowly; steps of a coarse encoder, or of a column logged
+    at a lower rate, are as large as their neighbours.
     """
     samples = by_joint(recording)
     q, step, at = samples.q[j], samples.dq[j], np.zeros(len(recording.t), dtype=np.bool_)
@@ -162,10 +161,9 @@ def _frozen_position(recording: Recording, j: int) -> Mask:
 
 
 def _frozen_current(recording: Recording, j: int) -> Mask:
-    """Mask of the samples of a current that is constant in motion for longer than by chance.
+    """Mask of the samples of a current that is constant in motion for longer than by chance, N (1 - p)^L for L rows.
 
-    A current that changes with probability p from row to row of a moving joint is constant for L rows somewhere with
-    probability N (1 - p)^L.
+    p is the probability of a change from row to row of a moving joint.
     """
     samples = by_joint(recording)
     v, step, at = samples.v[j], samples.dv[j], np.zeros(len(recording.t), dtype=np.bool_)

@@ -204,8 +204,8 @@ class _Known:
     def beyond_first_order(self, seen: Survey) -> Iterator[Fault]:
         """Yield the most likely fault of the logs that is too large for the first order, and that only gains reveal.
 
-        An example is the scale of one log, which the friction of an arm with few joints imitates if its payload is
-        unknown. It must predict better than any fault or term to first order, and than a payload of known mass alone.
+        An example is the scale of one log, which friction imitates if the payload is unknown. It must predict better
+        than any fault or term to first order, and than a payload of known mass alone.
         """
         base, reestimate = self.base, self.reestimate
         if base is None or reestimate is None:

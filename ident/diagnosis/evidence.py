@@ -254,11 +254,6 @@ class Evidence:
     value: Array  # coefficients, shape (m,)
     covariance: Array  # their covariance, for residuals that are autocorrelated within blocks, shape (m, m)
 
-    @property
-    def z(self) -> float:
-        """Improvement in standard errors."""
-        return z_of(self.u)
-
 
 def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]], worth: float = 0.0) -> list[Evidence | None]:
     """Return the improvement by each of many sets of columns, each added alone to the model of all joints.
@@ -359,10 +354,7 @@ def _by_block(x: Array, y: Array) -> Array:
 
 
 def _principal(square: Array, left: Array) -> tuple[Array, Array]:
-    """Shares of unit columns outside the model along principal axes, increasing, (K, m), and these axes, (K, m, m).
-
-    Sums of squares of the columns of each set have shape (K, m), products of their residuals (K, m, m).
-    """
+    """Shares of unit columns outside the model along principal axes, increasing, (K, m), and these axes, (K, m, m)."""
     unit = np.sqrt(np.where(square > 0.0, square, 1.0))
     values, axes = np.linalg.eigh(left / (unit[:, :, None] * unit[:, None, :]))
     return np.asarray(values, np.float64), np.asarray(axes / unit[:, :, None], np.float64)

@@ -107,14 +107,12 @@ LARGEST_DELAY = 0.03
 
 
 def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Currents with a small delay: of all joints together, of each alone, and in one log different for each joint.
-
-    In all logs, different delays would imitate backlash and presliding friction. Long ones are found by steps.
-    """
+    """Currents with a small delay: of all joints together, of each alone, and in one log different for each joint."""
     n, every = logs.structure.arm.n, tuple(range(logs.structure.arm.n))
     together = [-each for each in reference.change(reference.rate)]
     each_own = [each * (np.arange(n) == j) for j, each in enumerate(together)]
     for scope in scopes(len(logs.recordings)):
+        # in all logs, different delays would imitate backlash and presliding friction
         apart = (every,) if n > 1 and len(scope) < len(logs.recordings) else ()
         for joints in ((), *((j,) for j in range(n)), *apart):
             yield small(
@@ -484,17 +482,15 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
 
 def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
     """Positions of one joint on the motor side, for every plausible ratio and both signs."""
-    return (geared(logs, logs.every, joint, ratio) for ratio in np.concatenate((RATIOS, -RATIOS)).tolist())
+    return (geared(logs, joint, ratio) for ratio in np.concatenate((RATIOS, -RATIOS)).tolist())
 
 
-def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alternative:
+def geared(logs: Logs, joint: int, ratio: float) -> Alternative:
     """Return positions of a joint on the motor side of a gear."""
-    found = in_unit(logs, scope, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-
-    def refined(more: Array) -> Alternative:
-        return geared(logs, scope, joint, ratio * (1.0 + float(more[0])))
-
-    return replace(found, value=ratio, refined=refined, searched=True)
+    found = in_unit(logs, logs.every, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
+    return replace(
+        found, value=ratio, searched=True, refined=lambda more: geared(logs, joint, ratio * (1.0 + float(more[0])))
+    )
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

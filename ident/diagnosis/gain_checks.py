@@ -48,8 +48,6 @@ SURE_LOAD_Z = 10.0
 gain exceeds it."""
 MUCH = 2.0
 """Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
-UNAWARE = "classical"
-"""Covariance estimator for white residuals."""
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
@@ -104,7 +102,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     if not estimate.identified:
         return None
     plain, aware = np.diag(classical(solution.rows, solution.influence)), estimate.covariance
-    unaware = estimate.options.uncertainty == UNAWARE
+    unaware = estimate.options.uncertainty == "classical"  # for white residuals
     if unaware:
         aware = max_of_classical_and_jackknife(solution.rows, solution.influence)
     ratio = np.sqrt(np.divide(np.diag(aware), plain, out=np.ones(len(plain)), where=plain > 0.0))
@@ -159,10 +157,7 @@ class LinkWeight(NamedTuple):
 
 
 def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
-    """Check link masses by the gains against the model's links, with bodies fixed to them, shape (n, 10).
-
-    None if masses are placeholders, no motion is bare, or too few joints have a factor.
-    """
+    """Check link masses by the gains against `links`, (n, 10); None for placeholders, or with too few joints or logs."""
     found = link_mass_factor(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links)
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
         return found

@@ -9,14 +9,14 @@ follows from the columns (paper, eq. 20) and the residual: that of a joint's own
 An approximate gain, from a data sheet or the robot file, converts it to a relative one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.estimation.estimate import FRICTION_Z, largest
-from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
+from ident.estimation.intervals import Rows, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.estimation.rows import joint_rows
@@ -30,9 +30,7 @@ RANK_TOL = 1e-9
 """Smallest singular value of unit columns, relative to the largest."""
 
 
-def friction_z(
-    problem: Problem, joint: int, uncertainty: Callable[[Rows, Array], Array] = max_of_classical_and_jackknife
-) -> Array:
+def friction_z(problem: Problem, joint: int) -> Array:
     """Return total and Coulomb friction of a joint over their standard deviations, shape (2,); 0 with too few rows."""
     rows = joint_rows(problem, joint)
     size = np.linalg.norm(rows.W, axis=0)
@@ -46,7 +44,7 @@ def friction_z(
         V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
         position=rows.position, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)), explained=Q,
     )  # fmt: skip
-    std = np.sqrt(np.diag(uncertainty(fitted, influence)))
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
     return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
 
 
@@ -66,15 +64,12 @@ def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diag
 def opposed(problem: Problem) -> list[tuple[int, int]]:
     """Joints, from 0, that friction significantly brakes in one log and drives in another, with the faulty log.
 
-    A negated current of a vertical prismatic joint in one log can be explained by an unknown payload of negative mass;
-    friction reveals it. The faulty log is the one with the less frequent sign, of two the later one.
+    It is the one with the less frequent sign, of two the later one. An unknown payload of negative mass could explain
+    a negated current of a vertical prismatic joint; friction cannot be explained so.
     """
     motions = [replace(problem, motions=(each,)) for each in problem.motions]
-    found: list[tuple[int, int]] = []
+    found = list[tuple[int, int]]()
     for joint in range(problem.structure.arm.n):
-        white = np.array([friction_z(each, joint, classical) for each in motions])  # the smallest deviations
-        if white.max() <= FRICTION_Z or white.min() >= -FRICTION_Z:
-            continue
         z = np.array([largest(friction_z(each, joint)) for each in motions])
         if z.max() > FRICTION_Z and z.min() < -FRICTION_Z:
             brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)
@@ -85,10 +80,7 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
 def predicted_rel_std(
     observation: Observation, payload: Payload, gain: Array, options: GainOptions
 ) -> tuple[float | None, ...]:
-    """Predict the relative standard deviation of each gain with a payload; None if it is not identifiable.
-
-    `gain` are approximate gains [N m / drive unit], shape (n,).
-    """
+    """Predict the relative standard deviation of gains (n,) [N m / unit] with a payload; None if not identifiable."""
     both = pair(observation, observation, payload, options)
     alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
 

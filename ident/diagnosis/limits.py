@@ -100,10 +100,8 @@ def exclusions(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) 
                 joints=tuple(j for joints in same for j in joints), limit=max(same.values()), unit=unit,
             )  # fmt: skip
     words = {name: sentence for family in FAMILIES for name, sentence in family.excluded.items()}
-    others = {each.alternative.family for each in seen.gross} - {name for name, _ in LIMITS} - {*words}
-    for name in (*words, *sorted(others)):  # excluded as a whole, or for some joints
-        own, sentence = [each for each in seen.gross if each.alternative.family == name], words.get(name)
-        sentence = sentence or f"another {name}"
+    for name, sentence in words.items():  # excluded as a whole, or for some joints
+        own = [each for each in seen.gross if each.alternative.family == name]
         lost = [each for each in own if each.excluded]
         still = {each.alternative.joints for each in own if not each.excluded}
         joints = sorted({each.alternative.joints for each in own} - still)

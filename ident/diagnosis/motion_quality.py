@@ -86,10 +86,7 @@ def position_quanta(recording: Recording) -> tuple[float | None, ...]:
 
 @lru_cache(maxsize=8)  # recordings of one robot are often of one length
 def acceleration_of_unit_noise(samples: int, period: float, cutoff_hz: float) -> float:
-    """Standard deviation of the filtered accelerations of simulated white noise with unit variance [1/s^2].
-
-    With the fourth-order filter, forward and backward, it is about `(2 pi f_c)^2 sqrt(0.4 f_c / f_s)`.
-    """
+    """Standard deviation of the filtered accelerations of simulated white noise with unit variance [1/s^2]."""
     edge = edge_samples(period, cutoff_hz)
     white = np.random.default_rng(0).normal(size=(samples, 1))
     return float(np.std(smooth_motion(white, period, cutoff_hz)[2][edge : samples - edge]))
@@ -201,10 +198,7 @@ class Warmth:
 
 
 def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
-    """Check how much each joint warmed within each log, and from the first log to each other one.
-
-    Friction of every motion is estimated separately, which accounts for differences of motions, not for drift in one.
-    """
+    """Check how much each joint warmed within each log, and from the first log to each other one."""
     found, sound = list[Diagnosis](), list[Warmth]()
     for each in warmths:
         celsius = each.celsius

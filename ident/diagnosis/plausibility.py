@@ -97,10 +97,7 @@ def cause_of(error: IdentificationError, problem: Problem) -> IdentificationErro
 
 
 def swapped(estimate: GainEstimate) -> bool:
-    """Whether all loads of an estimate with gains are negative, for the sign of friction, or positive gains without it.
-
-    A negative gain also makes friction over gain negative; swapped files change the sign of the payload only.
-    """
+    """Whether all loads of an estimate with gains are negative for gains of the sign of friction: files are swapped."""
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
@@ -108,10 +105,7 @@ def swapped(estimate: GainEstimate) -> bool:
 
 
 def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
-    """Return a warning for every joint with a large prediction error, relative to the currents, by joint from 0.
-
-    Good recordings have at most 9.0 % with the noise of the paper, 6.9 % for real ones with a valid model.
-    """
+    """Return a warning for every joint, from 0, with a large prediction error relative to the currents."""
     return tuple(
         f"joint {joint + 1}: the current is predicted with an error of {100.0 * share:.0f} % (good recordings: "
         "up to 10 %), so the model is wrong and the results of this joint are invalid; check coupling "

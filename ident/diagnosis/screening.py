@@ -214,10 +214,9 @@ def _normal(X: Array, own: Array, v: Array, moving: Array) -> _Normal:
 
 
 def _solved(normals: Sequence[_Normal], number: Indices, current: Indices, unit: Array) -> tuple[Array, Array, Array]:
-    """Fit one joint's currents by the columns of all logs, for each of u combinations of hypotheses.
+    """Fit one joint's currents by the columns of all logs, for u combinations of equations, currents and their factors.
 
-    These are the index of the equations in `normals`, the column of the currents and its factor, all of shape
-    (u, logs). Return sums of squared residuals and samples of each log, (u, logs), and degrees of freedom, (u, 1).
+    These have shape (u, logs); so have the sums of squared residuals and samples; degrees of freedom have (u, 1).
     """
     positions, which = np.unique(number, axis=0, return_inverse=True)  # currents do not change the matrix
     gram = np.sum([own.gram[positions[:, k]] for k, own in enumerate(normals)], axis=0)
@@ -266,21 +265,14 @@ def _of_model(logs: Logs, hypothesis: Hypothesis, known: dict[bytes, tuple[Arm, 
         if A is not None:  # a motor moves the links of several joints: more columns than are independent
             arm, base = with_transmission(arm, A), np.union1d(logs.structure.base.columns, own_rotors(logs.structure))
             of_arm, of_payload = (base,) * arm.n, (logs.structure.payload_columns,) * arm.n
-        known[key] = arm, _columns_of(logs, of_arm, of_payload)
+        (first, *_), columns = logs.problem.motions, list[list[_Columns]]()
+        for motion in logs.problem.motions:  # columns of the arm are common; later logs have friction and payload
+            own = [len(STANDARD) * j + (DRIFTING if motion is not first else DRIFTING[:0]) for j in range(arm.n)]
+            if motion.payload is not first.payload:
+                own = [np.concatenate(each) for each in zip(own, of_payload, strict=True)]
+            columns.append(list(zip(of_arm, own, strict=True)))
+        known[key] = arm, columns
     return [*known].index(key)
-
-
-def _columns_of(logs: Logs, of_arm: Sequence[Indices], of_payload: Sequence[Indices]) -> list[list[_Columns]]:
-    """Columns of each log and joint: those of the arm are common; later logs have their own friction and payload."""
-    motions, found = logs.problem.motions, list[list[_Columns]]()
-    for motion in motions:
-        own = [np.zeros(0, dtype=np.intp) for _ in of_arm]
-        if motion is not motions[0]:
-            own = [len(STANDARD) * j + DRIFTING for j in range(len(of_arm))]
-        if motion.payload is not motions[0].payload:
-            own = [np.concatenate(each) for each in zip(own, of_payload, strict=True)]
-        found.append(list(zip(of_arm, own, strict=True)))
-    return found
 
 
 @lru_cache(maxsize=8)

@@ -247,10 +247,9 @@ def faults(
         others = [each.alternative for each in seen.small if each.alternative is not found.alternative]
         return replace(seen, logs=logs, small=smalls(logs, others))
 
-    def accepted(found: Exact | FirstOrder) -> bool:
-        return isinstance(found, FirstOrder) or confirms(found)
-
-    return add_significant(seen, significant, extended, most=MOST, confirms=accepted)
+    return add_significant(
+        seen, significant, extended, most=MOST, confirms=lambda each: isinstance(each, FirstOrder) or confirms(each)
+    )
 
 
 def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact]:

@@ -189,12 +189,11 @@ def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[
         return Severity.WRONG if len(rows) > MANY * count else Severity.WEAK
 
     if len(odd.long):
-        many, grade, unit = len(odd.long), severity(odd.long), "jumps"
-        sentence = f"all joints jump ahead {times(many)}, {first(recording, odd.long)}: samples are lost"
+        place, many, grade, unit = first(recording, odd.long), len(odd.long), severity(odd.long), "jumps"
+        sentence = f"all joints jump ahead {times(many)}, {place}: samples are lost"
         if odd.plain:
             many, grade, unit = int(odd.lost.sum()), Severity.WEAK, "samples"
             lost = "1 sample is" if many == 1 else f"{many} samples are"
-            place = first(recording, odd.long)
             sentence = f"{lost} lost without a gap in the time stamps, {place}; stamps corrected"
         advice = "log the controller's own time"
         found[0] = finding(name, "lost samples", sentence, advice, severity=grade, value=many, unit=unit)

@@ -215,10 +215,8 @@ def unmeasured_samples(name: str, recording: Recording) -> Mask:
 
 
 ALIKE = 0.01
-"""Residual of a column after a fit of another one, with factor and offset, below which it is a copy.
-
-After a fit of viscous friction, a current retains noise and steps of Coulomb friction of some per cent.
-"""
+"""Residual of a column after a fit of another one, with factor and offset, below which it is a copy; of viscous
+friction, noise and steps of Coulomb friction of some per cent remain."""
 COARSE_RATE = 16.0
 """Rate of the samples that are compared, in multiples of the cut-off: there the filter differs by less than .2 %."""
 NEAR_ZERO = 0.25

@@ -4,6 +4,7 @@ Severity follows from two numbers: z, the significance, and the effect on each g
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -132,8 +133,7 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     """What the model of an estimate lacks, if the logs are trusted."""
     if not _linear(estimate):
         return Diagnosed()
-    fit = reference(logs.problem)
-    small = directions(fit, logs)
+    small = directions(reference(logs.problem), logs)
     base = stated(problem, estimate)
     return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
 
@@ -179,14 +179,11 @@ class _Known:
 
     def of(self, found: Exact) -> GainEstimate | None:
         """Return the estimate under a hypothesis, computed once; None if it fails."""
-        if self.reestimate is None:
-            return None
-        if found.alternative not in self.others:
-            try:
+        if self.reestimate is not None and found.alternative not in self.others:
+            self.others[found.alternative] = None
+            with suppress(IdentificationError):
                 self.others[found.alternative] = self.reestimate(found.read.problem)
-            except IdentificationError:
-                self.others[found.alternative] = None
-        return self.others[found.alternative]
+        return self.others.get(found.alternative)
 
     def predicting(self, found: Exact) -> HeldOutEstimate | None:
         """The same, prepared for predictions; None also if its rows have no influence."""

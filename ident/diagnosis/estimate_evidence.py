@@ -179,7 +179,7 @@ def severity_of(effects: Sequence[Effect]) -> Severity:
 
 
 def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if the others are correct, over the smaller deviation; unlimited for a gain in only one of them."""
+    """Error of gains if the others are correct, over the smaller deviation; unlimited for one in only one of them."""
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
         if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
             share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))

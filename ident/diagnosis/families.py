@@ -264,7 +264,11 @@ def tilted(logs: Logs, turn: Array) -> Alternative:
     rotated = c * gravity + s * np.cross(axis, gravity) + (1.0 - c) * float(axis @ gravity) * axis
     degrees, about = float(np.rad2deg(angle)), ", ".join(f"{x:.2g}" for x in axis + 0.0)
     found = _standing(logs, rotated, f"the base is tilted by {degrees:.2g} degrees about ({about})")
-    return replace(found, value=degrees, unit="degrees", refined=lambda more: tilted(logs, turn + more))
+
+    def refined(more: Array) -> Alternative:
+        return tilted(logs, turn + more)
+
+    return replace(found, value=degrees, unit="degrees", refined=refined)
 
 
 def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
@@ -488,9 +492,11 @@ def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
 def geared(logs: Logs, joint: int, ratio: float) -> Alternative:
     """Return positions of a joint on the motor side of a gear."""
     found = in_unit(logs, logs.every, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-    return replace(
-        found, value=ratio, searched=True, refined=lambda more: geared(logs, joint, ratio * (1.0 + float(more[0])))
-    )
+
+    def refined(more: Array) -> Alternative:
+        return geared(logs, joint, ratio * (1.0 + float(more[0])))
+
+    return replace(found, value=ratio, refined=refined, searched=True)
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

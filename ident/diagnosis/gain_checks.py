@@ -130,20 +130,16 @@ def lag_one(rows: Rows, joint: int) -> float:
 
 
 SHOWN_SHARE = 0.7
-"""Smallest share that the links of the model explain of the squared torque not explained by motor and friction.
-
-Links with other proportions than the arm's, such as placeholders, explain less.
-"""
+"""Smallest share that the links of the model explain of the squared torque not explained by motor and friction; links
+with other proportions than the arm's, such as placeholders, explain less."""
 FACTOR = 1.4
 """Factor, or its inverse, beyond which masses are reported; with correct payloads real arms reached 1.26, simulated
 ones 1.04."""
 LEAST_JOINTS = 2
 """Smallest number of joints: a spring or a wrong gain biases a single one."""
 OTHER_UNIT = 1000.0**0.5
-"""Factor, or its inverse, from which another unit, such as grams for kilograms, is the likeliest explanation.
-
-Densities of materials differ by less: links modelled as water and made of steel are 8 times as heavy.
-"""
+"""Factor, or its inverse, from which another unit, such as grams for kilograms, is the likeliest explanation; links
+modelled as water and made of steel are 8 times as heavy."""
 ALIKE = 1e-6
 """Relative difference below which masses are equal, as of a placeholder."""
 
@@ -157,7 +153,7 @@ class LinkWeight(NamedTuple):
 
 
 def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
-    """Check link masses by the gains against `links`, (n, 10); None for placeholders, or with too few joints or logs."""
+    """Check link masses by the gains against `links`, (n, 10); None for placeholders, or too few joints or logs."""
     found = link_mass_factor(problem.motions, {j: each.value for j, each in estimate.identified.items()}, links)
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
         return found

@@ -1,8 +1,7 @@
 """Hypotheses on logs: another meaning of their columns, another base, other lengths; and what follows from these.
 
-A `Hypothesis` reads the logs otherwise. An `Alternative` is one that assumes a fault. A `Direction` is a small one, to
-first order: columns of currents whose coefficients are its parameters; with values of these it becomes an alternative,
-evaluated exactly.
+A `Hypothesis` reads the logs otherwise. An `Alternative` is one that assumes a fault. A small one stands for all sizes,
+to first order: columns of currents whose coefficients are its parameters; with values of these it is evaluated exactly.
 """
 
 from collections.abc import Callable, Sequence
@@ -190,10 +189,7 @@ def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alternative:
-    """Another interpretation of logs, which assumes a fault, or a term that the model lacks.
-
-    A small one has columns: currents change in proportion to its parameters, and it stands for all sizes.
-    """
+    """Another interpretation of logs, which assumes a fault, or a term that the model lacks."""
 
     family: str  # kind of fault, such as `zero` or `delay`, or of term
     # family of the small alternatives whose parameter is, or is included in, its size; "" if that is its own:

@@ -21,17 +21,11 @@ from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 
 SHOWN = 5.0
-"""Number of standard errors by which an alternative must improve the predictions to be accepted.
-
-In 187 fault-free sets of logs, the best of some 400 alternatives exceeded 4 in 18 sets, and 5 in 5 sets, four of these
-with very elastic joints, backlash or presliding (`docs/diagnosis.md` has the present rates).
-"""
+"""Number of standard errors by which an alternative must improve the predictions to be accepted: the best of some 400
+exceeded 4 in 18 and 5 in 5 of 187 fault-free sets of logs (`docs/diagnosis.md` has the present rates)."""
 WORTH = 8.0
-"""Improvement of the log-likelihood beyond which predictions are compared: z = 4 for white residuals.
-
-Of a large alternative it is that on subsampled states, of a direction that of the fit, which predictions of omitted
-blocks hardly exceed. It only saves time.
-"""
+"""Improvement of the log-likelihood, on subsampled states or of the fit, beyond which predictions are compared, to save
+time: z = 4 for white residuals."""
 TIE = 2.0
 """Difference of two alternatives, in standard errors, below which they cannot be distinguished."""
 LOOKED_AT = 3
@@ -172,9 +166,7 @@ def survey(logs: Logs) -> Survey:
 
 def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES) -> list[Alternative]:
     """Return the directions of all families; none without a fit."""
-    if fit is None:
-        return []
-    return [each for family in families for each in family.directions(fit, logs)]
+    return [] if fit is None else [each for family in families for each in family.directions(fit, logs)]
 
 
 def smalls(logs: Logs, found: Sequence[Alternative]) -> tuple[FirstOrder, ...]:

@@ -337,7 +337,7 @@ class Fit:
             root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
         except np.linalg.LinAlgError:
             raise NotIdentifiable(
-                "the rows do not determine the gains and what is beside them; record longer, or state more of the payload"
+                "the rows do not determine the gains with what is unknown beside; record longer, or state more of it"
             ) from None
         inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
         own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)

@@ -270,6 +270,19 @@ def test_a_fault_that_changes_no_gain_noticeably_is_left_to_what_the_estimate_la
     assert not _Known(estimate, None, None).harmless(smaller)
 
 
+def test_only_faults_of_the_logs_that_the_estimate_is_of_are_asked_whether_they_are_harmless(behind, monkeypatch):
+    seen, asked = survey(behind), []
+
+    def in_full(of, harmless):
+        asked.append((of is seen, harmless(None)))
+        return _in_full(of, lambda _: False)
+
+    monkeypatch.setattr("ident.diagnosis.search._in_full", in_full)
+    assert isinstance(next(found := faults(seen, harmless=lambda _: True)).best, Exact)
+    assert not list(found)
+    assert asked == [(True, True), (False, False)]
+
+
 @pytest.fixture(scope="module")
 def behind(axes) -> Logs:
     """Logs of which one has late currents."""

@@ -11,6 +11,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_firs
 from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
+from ident.diagnosis.search import MOST
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_from
@@ -244,7 +245,8 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
     """Return one line on the faults of logs, the worst first."""
     worst = wrong[0]
     rivals = f" (or {' or '.join(worst.rivals[:2])})" if worst.rivals else ""
-    more = f"; rx90 check lists {len(wrong) - 1} more" if len(wrong) > 1 else ""
+    another = ": logs of another robot?" if len(wrong) >= MOST else ""  # the search ended, not the faults
+    more = f"; rx90 check lists {len(wrong) - 1} more{another}" if len(wrong) > 1 else ""
     advice = f"; {worst.advice}" if worst.advice else ""
     return f"{worst.sentence}{rivals}{advice}{more}"
 

@@ -168,23 +168,35 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
     return Call(outcome=outcome, seconds=time.perf_counter() - started)
 
 
+def _limiting(limits: Limits) -> Callable[[], None] | None:
+    """Return what limits memory and files of the process that calls it, never above its own limits; None elsewhere."""
+    if sys.platform != "linux":
+        return None
+    import resource
+
+    wanted = {resource.RLIMIT_DATA: int(limits.memory_gb * 1e9), resource.RLIMIT_FSIZE: LARGEST_FILE}
+    hard = {limit: resource.getrlimit(limit)[1] for limit in wanted}
+    allowed = {k: size if hard[k] == resource.RLIM_INFINITY else min(size, hard[k]) for k, size in wanted.items()}
+
+    def limit() -> None:
+        for kind, size in allowed.items():
+            resource.setrlimit(kind, (size, size))
+
+    return limit
+
+
 def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -> None:
     """Run a program in a new session, which is ended with it; the system enforces limits, which children inherit."""
     environment = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     environment["PYTHONWARNINGS"] = "ignore"
     try:
         process = subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment
-        )
+            words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment,
+            preexec_fn=_limiting(limits),  # a program that is limited later has already what it takes at its start
+        )  # fmt: skip
     except OSError as error:
         raise ScenarioError(f"{one_line(words[0])}: {error.strerror}", kind="MethodNotStarted") from error
     try:
-        if sys.platform == "linux":
-            import resource
-
-            for limit, value in ((resource.RLIMIT_DATA, limits.memory_gb * 1e9), (resource.RLIMIT_FSIZE, LARGEST_FILE)):
-                with suppress(ProcessLookupError, PermissionError):  # it has ended already
-                    resource.prlimit(process.pid, limit, (int(value), int(value)))
         status = process.wait(limits.time_s)
     except subprocess.TimeoutExpired:
         raise ScenarioError(f"no answer after {limits.time_s:g} s", kind="MethodTimedOut") from None

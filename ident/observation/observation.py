@@ -209,9 +209,7 @@ def observe(
     joints: list[JointObservation] = []
     for j, Wj in enumerate(W):
         own, columns = len(STANDARD) * structure.first_links[j], structure.joint_columns[j]
-        weight = Wj[
-            :, len(STANDARD) * j - own + STANDARD.index("off")
-        ]  # the column of ones is now the remaining weight
+        weight = Wj[:, len(STANDARD) * j - own + STANDARD.index("off")]  # ones, now the remaining weight
         keep = weight >= options.min_weight
         joints.append(
             JointObservation(

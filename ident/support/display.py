@@ -1,5 +1,6 @@
 """A result as a data frame, as a table in a notebook, and as a chart, from its columns."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
@@ -11,18 +12,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Displayed:
+class Displayed(ABC):
     """A result with columns, the first of which identifies a row; names end with the unit in brackets."""
 
     __slots__ = ()
 
-    def _shown(self) -> "Displayed":
-        """Return what is shown in its place."""
-        return self
-
+    @abstractmethod
     def _columns(self) -> Mapping[str, Sequence[object]]:
         """Return the values of each column, None where there is none."""
-        raise NotImplementedError
 
     def _headline(self) -> str:
         """Return the main statement in a sentence."""
@@ -32,14 +29,12 @@ class Displayed:
         """Return the columns as a pandas DataFrame; names end with the unit in brackets, a relative value has none."""
         import pandas as pd  # optional
 
-        return pd.DataFrame(self._shown()._columns())
+        return pd.DataFrame(self._columns())
 
     def plot(self) -> "Figure":
         """Return a Matplotlib figure of the second column, with two standard deviations where the third has these."""
         from matplotlib.figure import Figure  # optional
 
-        if (shown := self._shown()) is not self:
-            return shown.plot()
         (name, at), (y, values), (third, std), *_ = self._columns().items()
         unsure = third.startswith("std")
         bars = 2.0 * np.array(std, np.float64) if unsure else None  # None is NaN, and not drawn
@@ -51,12 +46,11 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         """Return main statement and columns for a notebook."""
-        shown = self._shown()
-        columns = shown._columns()
+        columns = self._columns()
         cells = [[_written(value) for value in row] for row in zip(*columns.values(), strict=True)]
         rows = [f"<tr>{''.join(f'<th>{escape(name)}</th>' for name in columns)}</tr>"]
         rows += [f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in cells]
-        return f"<p>{escape(shown._headline())}</p><table>{''.join(rows)}</table>"
+        return f"<p>{escape(self._headline())}</p><table>{''.join(rows)}</table>"
 
 
 def _written(value: object) -> str:

@@ -242,8 +242,9 @@ def new_robot(
     transmission = stated_transmission(minimal, arm.joint_names)
     if transmission is None:
         check_own_motors(arm, minimal)
-    A = np.eye(arm.n) if transmission is None else with_transmission(arm, transmission).transmission
-    assert A is not None
+    else:
+        with_transmission(arm, transmission)  # refuses one that is not possible
+    A = np.eye(arm.n) if transmission is None else transmission
     for what, given in (("home", home), ("torque", torque)):
         if given is not None and len(given) != arm.n:
             joints = ", ".join(arm.joint_names)

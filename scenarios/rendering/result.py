@@ -5,7 +5,7 @@ sentences in order, the verdict first. Renderers draw exactly these; a text leav
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
@@ -66,6 +66,16 @@ class WithResult(Displayed):
 
     def _shown(self) -> Displayed:
         return self.result()
+
+    def _columns(self) -> Mapping[str, Sequence[object]]:
+        return self._shown()._columns()
+
+    def _headline(self) -> str:
+        return self._shown()._headline()
+
+    def plot(self) -> "Figure":
+        """Return the first plot of its result as a Matplotlib figure."""
+        return self.result().plot()
 
 
 def _shifted(value: Any, by: int, key: str = "") -> Any:

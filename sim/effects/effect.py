@@ -112,7 +112,7 @@ class Effect:
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
         """Change a control step, with values of shape (B, 1) and parameters of the drives, (B, n), by their names."""
-        raise NotImplementedError("an effect that varies acts")
+        raise NotImplementedError("an effect that varies needs `act`, or a `term` of its own")
 
     def along(self, build: Build) -> Term | None:
         """Return the term of one simulation that receives all its steps together, in order; None if there is none."""

@@ -13,6 +13,7 @@ from ident.estimation.all_joints import fit, search, solution
 from ident.estimation.intervals import jackknife, time_blocks
 from ident.estimation.setting import setting
 from ident.payload.payload import Payload
+from ident.support.errors import NotIdentifiable
 
 
 @pytest.fixture
@@ -72,6 +73,15 @@ def test_the_search_ends_where_the_whole_problem_does(small, unsure, seed):
     np.testing.assert_allclose(found.phi.ravel(), best.x[N + p :], rtol=0, atol=1e-5)
     np.testing.assert_allclose(found.cost, best.residual @ best.residual, rtol=1e-9)
     np.testing.assert_allclose(found.rows.weight * found.rows.residual, best.residual[:r], rtol=0, atol=1e-5)
+
+
+def test_unknowns_that_the_rows_do_not_determine_are_refused(small, unsure):
+    found = case(small, unsure, 0.02).fit()
+    normal = found.normal.copy()
+    normal[0, 4] = normal[4, 0] = 1.3 * np.sqrt(normal[0, 0] * normal[4, 4])  # as rounding leaves a singular one
+    found.__dict__["normal"] = normal
+    with pytest.raises(NotIdentifiable, match="do not determine the gains"):
+        _ = found.rows
 
 
 def test_influence_and_what_unknowns_explain_are_those_of_the_whole_jacobian(small, unsure):

@@ -94,7 +94,7 @@ class Plant:
 def layout(plant: Plant) -> Layout:
     """Layout of the compiled model; plants of equal layout have models of equal sizes and may run in one batch."""
     robot = plant.robot
-    own = (effect.resizes(plant.errors) for effect in EFFECTS.values())
+    own = (effect.adds and effect.acts(plant.errors) for effect in EFFECTS.values())
     return robot.model, robot.flange, (robot.transmission is not None, *own)
 
 

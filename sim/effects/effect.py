@@ -75,9 +75,11 @@ class Effect:
     Attributes:
         instant: Whether the term depends only on the current `ControlStep`, so that all steps of a motion can be
             evaluated together, as separate simulations. A term with memory is evaluated in order.
+        adds: Whether it adds bodies or tendons to a model, which then runs in a batch of its own.
     """
 
     instant: ClassVar[bool] = True
+    adds: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -86,9 +88,10 @@ class Effect:
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         """Raise a `PlantError` for values that do not apply to a robot or its drives."""
 
-    def resizes(self) -> bool:
-        """Return whether the values change the sizes of a model, so that it runs in a batch of its own."""
-        return False
+    @classmethod
+    def acts(cls, values: object) -> bool:
+        """Return whether one of its values that are zero by default is not."""
+        return any(getattr(values, each.name) for each in fields(cls) if not each.default)
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         """Change the model specification of arm, payload and drives in place."""
@@ -99,9 +102,10 @@ class Effect:
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
         """Move links to their motors, or to one side of a gap; springs then yield until they are in equilibrium."""
 
-    def varies(self) -> bool:
+    @classmethod
+    def varies(cls, values: object) -> bool:
         """Return whether the values act in every control period."""
-        return False
+        return (cls.act is not Effect.act or cls.term.__func__ is not Effect.term.__func__) and cls.acts(values)
 
     @classmethod
     def term(cls, values: Sequence[object], builds: Sequence[Build]) -> Term:

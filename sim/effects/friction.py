@@ -96,9 +96,6 @@ class Stribeck(Effect):
     stribeck: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
     stribeck_speed: Annotated[float, Interval(ge=1e-6, le=100.0), Unit("rad/s")] = 0.1
 
-    def varies(self) -> bool:
-        return self.stribeck > 0.0
-
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
         step.friction[:] *= 1.0 + values["stribeck"] * np.exp(-((step.speed / values["stribeck_speed"]) ** 2))
@@ -115,9 +112,6 @@ class FrictionByDirection(Effect):
 
     coulomb_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
     viscous_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
-
-    def varies(self) -> bool:
-        return bool(self.coulomb_by_direction or self.viscous_by_direction)
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -141,9 +135,6 @@ class ViscousCurve(Effect):
     viscous_curve: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
     viscous_power: Annotated[float, Interval(gt=0.0, le=4.0)] = 1.0 / 3.0
     viscous_speed: Annotated[float, Interval(ge=1e-3, le=100.0), Unit("rad/s")] = 1.0
-
-    def varies(self) -> bool:
-        return self.viscous_curve > 0.0
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -170,9 +161,6 @@ class LoadFriction(Effect):
     load_friction: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.0
     transmitted_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
     gear_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
-
-    def varies(self) -> bool:
-        return max(self.load_friction, self.transmitted_friction, self.gear_friction) > 0.0
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -212,9 +200,6 @@ class Presliding(Effect):
                 f"{friction[j]:g} N m on a rotor of {inertia[j]:g} kg m^2; expected {least[j]:.3g} rad or more"
             )
 
-    def varies(self) -> bool:
-        return self.presliding > 0.0
-
     @classmethod
     def term(cls, values: Sequence[object], builds: Sequence[Build], deflected: Deflected = stepwise) -> Term:
         (distance,) = each_value(values, "presliding")
@@ -244,9 +229,6 @@ class DressPack(Effect):
     instant: ClassVar[bool] = False
     dress_pack: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
     dress_reach: Annotated[float, Interval(ge=0.01, le=100.0), Unit("rad")] = 0.3
-
-    def varies(self) -> bool:
-        return self.dress_pack > 0.0
 
     @classmethod
     def term(cls, values: Sequence[object], builds: Sequence[Build], deflected: Deflected = stepwise) -> Term:

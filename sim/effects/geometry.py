@@ -1,7 +1,7 @@
 """Effects that change the arm before it is compiled: tilted base, shifted frames, zeros of joints, a gravity spring."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
@@ -108,6 +108,7 @@ class GravitySpringErrors(Effect):
         gravity_spring: Stiffness of a spring that supports the robot's joint against gravity [N/m].
     """
 
+    adds: ClassVar[bool] = True
     gravity_spring: Annotated[float, Interval(ge=0.0, le=1e6), Unit("N/m")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
@@ -116,9 +117,6 @@ class GravitySpringErrors(Effect):
                 f"errors: gravity_spring = {self.gravity_spring:g} N/m: {robot.name} has no gravity spring; leave it "
                 "at 0"
             )
-
-    def resizes(self) -> bool:
-        return self.gravity_spring > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         """Attach the spring above the joint's axis and to the far end of its link; the ends may be exchanged."""

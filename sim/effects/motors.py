@@ -13,7 +13,7 @@ solution is exact over a period with constant current. The temperature rise cont
 experiment (`sim.experiment`), with v = 0 during the rests.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -39,9 +39,6 @@ class Cogging(Effect):
     cogging: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
     torque_ripple: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
     motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0
-
-    def varies(self) -> bool:
-        return self.cogging > 0.0 or self.torque_ripple > 0.0
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -70,9 +67,6 @@ class GainLaws(Effect):
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         if self.torque_constant_falls or self.torque_constant_bends:
             _refuse_no_limit("torque_constant_falls and torque_constant_bends refer", drives)
-
-    def varies(self) -> bool:
-        return any((self.torque_constant_falls, self.torque_constant_bends, self.gain_by_sign, self.gain_drift))
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -123,11 +117,11 @@ class Temperature(Effect):
         if self.motor_warming:
             _refuse_no_limit("motor_warming refers", drives)
 
-    def varies(self) -> bool:
+    @classmethod
+    def varies(cls, values: object) -> bool:
         """Return whether drives warm up and a parameter depends on it."""
-        return self.motor_warming > 0.0 and bool(
-            self.gain_by_temperature or self.coulomb_by_temperature or self.viscous_by_temperature
-        )
+        warms, *effects = (getattr(values, each.name) for each in fields(cls) if not each.default)
+        return bool(warms and any(effects))
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:

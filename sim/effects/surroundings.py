@@ -9,7 +9,7 @@ They yield along gravity at rest, which changes no static torque, and are in equ
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
@@ -38,12 +38,10 @@ class LoosePayload(Effect):
         loose_damping: Its damping ratio; assumed.
     """
 
+    adds: ClassVar[bool] = True
     loose_share: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
     loose_hz: Hertz = 5.0
     loose_damping: Ratio = 0.05
-
-    def resizes(self) -> bool:
-        return self.loose_share > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         if self.loose_share:
@@ -66,11 +64,9 @@ class SoftTable(Effect):
         table_damping: Its damping ratio; assumed.
     """
 
+    adds: ClassVar[bool] = True
     table_hz: Annotated[float, Interval(ge=0.0, le=50.0), Unit("Hz")] = 0.0
     table_damping: Ratio = 0.05
-
-    def resizes(self) -> bool:
-        return self.table_hz > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         if not self.table_hz:

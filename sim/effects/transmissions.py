@@ -7,7 +7,7 @@ within the gap only damping acts. At the start of a motion every link is on the 
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
@@ -46,6 +46,7 @@ class WristCoupling(Effect):
             joint.
     """
 
+    adds: ClassVar[bool] = True
     wrist_coupling: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
@@ -63,9 +64,6 @@ class WristCoupling(Effect):
                     f"errors: wrist_coupling = {share:g} leaves joint {j + 1} a {name} of {left[j]:.3g} {unit}, below "
                     "0; use a smaller share"
                 )
-
-    def resizes(self) -> bool:
-        return self.wrist_coupling > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         share = self.wrist_coupling
@@ -119,6 +117,7 @@ class JointElasticity(Effect):
         joint_compliance: Compliance of each joint's transmission [rad/(N m)]; None or all zero for rigid joints.
     """
 
+    adds: ClassVar[bool] = True
     joint_compliance: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
@@ -149,9 +148,6 @@ class JointElasticity(Effect):
             )
         if not drives.rotor_inertia.all():
             raise PlantError("errors: joint_compliance needs a rotor_inertia above 0 kg m^2 at every joint")
-
-    def resizes(self) -> bool:
-        return self.joint_compliance is not None
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         if self.joint_compliance is None:
@@ -215,6 +211,7 @@ class Backlash(JointElasticity):
         backlash: Angle by which every link can turn relative to its motor without torque [rad].
     """
 
+    adds: ClassVar[bool] = False
     backlash: Annotated[float, Interval(ge=0.0, le=0.1), Unit("rad")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
@@ -222,9 +219,6 @@ class Backlash(JointElasticity):
             raise PlantError(
                 f"errors: backlash = {self.backlash:g} rad needs elastic transmissions; state joint_compliance"
             )
-
-    def resizes(self) -> bool:
-        return False
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         """Leave the motors to the effect of elasticity."""

@@ -21,7 +21,7 @@ def contents(model: mujoco.MjModel) -> bytes:
 def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
     effect, errors, plant = EFFECTS[name], ModelErrors(), nominal_plant()
     effect.fits(errors, plant.robot, plant.drives)
-    assert not effect.resizes(errors)
+    assert not effect.acts(errors)
     assert not effect.varies(errors)
     with_it = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
     monkeypatch.setattr(sim.plant, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})

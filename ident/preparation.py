@@ -27,18 +27,11 @@ GAIN_DEFAULTS = GainOptions()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Policy:
-    """Policy for checks and repairs of logs.
+    """Policy for checks and repairs of logs."""
 
-    Attributes:
-        checked: Whether samples are checked, and repaired if the repair is unambiguous, and the logs are tested for
-            faults with alternative hypotheses.
-        refuse: Whether logs that cannot be used, or repeat another, are refused, not left out.
-        undelay: Whether a common delay of all currents is estimated and corrected.
-    """
-
-    checked: bool = True
-    refuse: bool = True
-    undelay: bool = False
+    checked: bool = True  # samples are checked and repaired if unambiguous, and logs tested for faults
+    refuse: bool = True  # logs that cannot be used, or repeat another, are refused, not left out
+    undelay: bool = False  # a common delay of all currents is estimated and corrected
 
     @property
     def repeats(self) -> bool:

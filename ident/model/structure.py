@@ -34,18 +34,11 @@ RANK_TOL = 1e-8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseParameters:
-    """A selection of b independent columns among p, and the regrouping of the others.
+    """Independent columns, b among p, and the others' regrouping: `W_st @ chi_st == W_st[:, columns] @ chi_base`."""
 
-    Attributes:
-        columns: Indices of the chosen columns, shape (b,).
-        regrouping: Matrix K with `chi_base = K @ chi_st` and `W_st @ chi_st == W_st[:, columns] @ chi_base`,
-            shape (b, p).
-        labels: Names of all p standard parameters.
-    """
-
-    columns: Indices
-    regrouping: Array
-    labels: tuple[str, ...]
+    columns: Indices  # indices of the chosen columns, shape (b,)
+    regrouping: Array  # matrix K with `chi_base = K @ chi_st`, shape (b, p)
+    labels: tuple[str, ...]  # names of all p standard parameters
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -99,22 +92,13 @@ def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RA
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
-    """The identifiable structure of an arm.
+    """The identifiable structure of an arm."""
 
-    Attributes:
-        arm: The arm, n joints.
-        base: Its base parameters, b columns.
-        joint_columns: Base columns that act on each joint, n index arrays into `base.columns`.
-        joint_independent: A maximal subset of these that is independent in that joint's row, n index arrays into
-            `base.columns`.
-        payload_probes: The payload's ten columns of each joint on random states, shape (n, probes, 10).
-    """
-
-    arm: Arm
-    base: BaseParameters
-    joint_columns: tuple[Indices, ...]
-    joint_independent: tuple[Indices, ...]
-    payload_probes: Array
+    arm: Arm  # the arm, n joints
+    base: BaseParameters  # its base parameters, b columns
+    joint_columns: tuple[Indices, ...]  # base columns that act on each joint, n index arrays into `base.columns`
+    joint_independent: tuple[Indices, ...]  # a maximal subset that is independent in that joint's row, n arrays too
+    payload_probes: Array  # the payload's columns of each joint on random states, (n, probes, 10)
 
     @property
     def first_links(self) -> list[int]:

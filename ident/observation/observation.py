@@ -98,43 +98,26 @@ DEFAULTS = ObserveOptions()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointObservation:
-    """Rows of one joint and one motion: `V g = W @ chi + W_L @ chi_L` up to errors.
+    """Rows of one joint and one motion: `V g = W @ chi + W_L @ chi_L` up to errors."""
 
-    Attributes:
-        V: Currents [drive units], shape (r,).
-        W: Base columns of the arm that act on the joint, shape (r, b).
-        columns: Their indices in the structure's base columns, shape (b,).
-        W_L: The payload's ten columns, shape (r, 10).
-        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
-        t: Time at the middle of each row's filter [s], shape (r,).
-        position: Number of each row, including omitted rows, shape (r,).
-        row_period: Time from one row to the next [s].
-    """
-
-    V: Array
-    W: Array
-    columns: Indices
-    W_L: Array
-    weight: Array
-    t: Array
-    position: Indices
-    row_period: float
+    V: Array  # currents [drive units], shape (r,)
+    W: Array  # base columns of the arm that act on the joint, shape (r, b)
+    columns: Indices  # their indices in the structure's base columns, shape (b,)
+    W_L: Array  # the payload's ten columns, shape (r, 10)
+    weight: Array  # remaining filter weight of each row, below 1 near reversals, shape (r,)
+    t: Array  # time at the middle of each row's filter [s], shape (r,)
+    position: Indices  # number of each row, including omitted rows, shape (r,)
+    row_period: float  # time from one row to the next [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """The linear system of one motion.
-
-    Attributes:
-        joints: One `JointObservation` per joint.
-        notes: Changes of the recording that the user should know.
-        full_rate: The motion of the rows at full rate, None without a recording.
-    """
+    """The linear system of one motion."""
 
     structure: Structure
-    joints: tuple[JointObservation, ...]
-    notes: tuple[str, ...]
-    full_rate: FullRate | None = None
+    joints: tuple[JointObservation, ...]  # one `JointObservation` per joint
+    notes: tuple[str, ...]  # changes of the recording that the user should know
+    full_rate: FullRate | None = None  # the motion of the rows at full rate, None without a recording
 
     @property
     def recorded(self) -> FullRate:

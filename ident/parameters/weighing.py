@@ -166,34 +166,21 @@ def masses_of_joints(payload: Payload, gains: KnownGains, estimate: GainEstimate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """A joint whose mass differs from that of the others.
+    """A joint whose mass differs from that of the others."""
 
-    Attributes:
-        joint: The joint, from 0.
-        rel_error: Relative error, the ratio of its mass to that of the others minus one.
-        rel_std: Standard deviation of `rel_error`, relative.
-    """
-
-    joint: int
-    rel_error: float
-    rel_std: float
+    joint: int  # the joint, from 0
+    rel_error: float  # ratio of its mass to that of the others, minus one
+    rel_std: float  # standard deviation of `rel_error`, relative
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommonError:
-    """An error of the mass that several joints have in common, which no single gain explains.
+    """An error of the mass that several joints have in common, which no single gain explains."""
 
-    Attributes:
-        joints: The joints, from 0.
-        rel_error: Relative error, (estimate - weighed) / weighed.
-        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
-        apart: Joints that differ significantly from them.
-    """
-
-    joints: tuple[int, ...]
-    rel_error: float
-    rel_std: float
-    apart: tuple[Departure, ...]
+    joints: tuple[int, ...]  # the joints, from 0
+    rel_error: float  # relative error, (estimate - weighed) / weighed
+    rel_std: float  # standard deviation of `rel_error`, including that of the scale; relative
+    apart: tuple[Departure, ...]  # joints that differ significantly from them
 
 
 def common_error(found: Verification) -> CommonError | None:

@@ -21,39 +21,24 @@ NoiseStreams: TypeAlias = Mapping[str, np.random.Generator]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Log:
-    """The log of one motion: N samples of n joints.
+    """The log of one motion: N samples of n joints."""
 
-    Attributes:
-        t: Time stamps [s], shape (N,).
-        q: Positions as read by the controller [rad], shape (N, n).
-        v: Current references [drive units], shape (N, n).
-        rate_hz: Sampling rate [Hz].
-    """
-
-    t: Array
-    q: Array
-    v: Array
-    rate_hz: float
+    t: Array  # time stamps [s], shape (N,)
+    q: Array  # positions as read by the controller [rad], shape (N, n)
+    v: Array  # current references [drive units], shape (N, n)
+    rate_hz: float  # sampling rate [Hz]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Noise:
-    """First-order model of one kind of noise: factors of independent numbers of unit variance.
-
-    Attributes:
-        q: Factor for positions [rad], broadcasts to (N, n).
-        v: Factor for currents [drive units], broadcasts to (N, n).
-        shared: Whether all joints have the same number in a sample.
-        lasting: Whether all samples of a motion have the same number.
-        sos: Second-order sections that filter the numbers; None for white noise.
-    """
+    """First-order model of one kind of noise: factors of independent numbers of unit variance."""
 
     stream: str
-    q: Array
-    v: Array
-    shared: bool = False
-    lasting: bool = False
-    sos: Array | None = None
+    q: Array  # factor for positions [rad], broadcasts to (N, n)
+    v: Array  # factor for currents [drive units], broadcasts to (N, n)
+    shared: bool = False  # whether all joints have the same number in a sample
+    lasting: bool = False  # whether all samples of a motion have the same number
+    sos: Array | None = None  # second-order sections that filter the numbers; None for white noise
 
 
 Reader = Callable[[Array], None]

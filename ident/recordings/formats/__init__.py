@@ -56,41 +56,27 @@ class DataFrame(Protocol):
 class Table:
     """A table that has been opened.
 
-    Attributes:
-        names: Names of all columns.
-        load: Returns some columns; those of the second argument hold dates, and are loaded as seconds since 1970.
-            Raises `RecordingError` if one is not numeric.
-        layout: Name of the layout of a format that knows its joints by name, or None.
-        time: Column of the time [s] in this layout.
-        positions: Columns of the positions in this layout.
-        currents: Columns of the currents, by kind: the pattern of their names, in which `{joint}` stands for a joint.
-        joints: Joints in the order of the file; None if that order has no meaning.
-        notes: Remarks on what has been loaded.
+    `load` returns some columns; those of its second argument hold dates, and are loaded as seconds since 1970; it raises
+    `RecordingError` if one is not numeric. Currents are by the pattern of their names, `{joint}` for a joint.
     """
 
-    names: Sequence[str]
+    names: Sequence[str]  # names of all columns
     load: Callable[[Sequence[str], Set[str]], Columns]
-    layout: str | None = None
-    time: str = ""
-    positions: Entries = field(default_factory=dict[str, tuple[str, str]])
+    layout: str | None = None  # name of the layout of a format that knows its joints by name
+    time: str = ""  # column of the time [s] in it
+    positions: Entries = field(default_factory=dict[str, tuple[str, str]])  # columns of the positions in it
     currents: Mapping[str, Entries] = field(default_factory=dict[str, Entries])
-    joints: tuple[str, ...] | None = None
-    notes: list[str] = field(default_factory=list[str])
+    joints: tuple[str, ...] | None = None  # joints in the order of the file; None if it has no meaning
+    notes: list[str] = field(default_factory=list[str])  # remarks on what has been loaded
 
 
 @dataclass(frozen=True, slots=True)
 class LogFormat:
-    """A log format.
+    """A log format."""
 
-    Attributes:
-        endings: Endings of file names, lower case.
-        open: Opens a file; its description may state topic, episode and layout of the text. Raises `RecordingError`.
-        marks: Name of a file that identifies a folder of this format, or empty.
-    """
-
-    endings: tuple[str, ...]
-    open: Callable[[Path, LogDescription], Table]
-    marks: str = ""
+    endings: tuple[str, ...]  # endings of file names, lower case
+    open: Callable[[Path, LogDescription], Table]  # opens a file by its description; raises `RecordingError`
+    marks: str = ""  # name of a file that identifies a folder of this format, or empty
 
 
 @contextmanager

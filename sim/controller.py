@@ -50,20 +50,13 @@ class ControllerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerBelief:
-    """The controller's model of the arm, which may differ from the plant.
-
-    Attributes:
-        gain: Drive gains by which the controller divides [N m / drive unit], one per joint, none zero.
-        rotor_inertia: Ia [kg m^2], one per joint.
-        flange: Last body of the arm, None if all joints belong to the arm.
-        transmission: Rows of the matrix of motors that several joints turn (`Robot.transmission`), None without.
-    """
+    """The controller's model of the arm, which may differ from the plant."""
 
     mjcf: Path
-    gain: tuple[float, ...]
-    rotor_inertia: tuple[float, ...]
-    flange: str | None = None
-    transmission: tuple[tuple[float, ...], ...] | None = None
+    gain: tuple[float, ...]  # drive gains [N m / drive unit], none zero
+    rotor_inertia: tuple[float, ...]  # Ia [kg m^2], one per joint
+    flange: str | None = None  # last body of the arm, None if all joints belong to the arm
+    transmission: tuple[tuple[float, ...], ...] | None = None  # rows of `Robot.transmission`
 
     def __post_init__(self) -> None:
         """Refuse gains and rotor inertias that differ in number, a gain of zero, and numbers out of range."""

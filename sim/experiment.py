@@ -32,27 +32,19 @@ SATURATED_TOO_LONG = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Experiment:
-    """One motion of one plant.
-
-    Attributes:
-        loaded: Whether the plant's payload is mounted.
-        step: Physics step [s]; the control period is a multiple of it.
-        earlier: Number of earlier motions of the robot; friction may drift between motions, and drives stay warm.
-        warm_up: Duration for which the motion was repeated with a bare flange before the first motion [s].
-        pause: Rest before this motion [s], unless it is the first.
-    """
+    """One motion of one plant."""
 
     name: str
     plant: Plant
-    loaded: bool
+    loaded: bool  # whether the plant's payload is mounted
     trajectory: FourierTrajectory
     belief: ControllerBelief
     controller: ControllerOptions
     sensors: SensorOptions
-    step: float
-    earlier: int = 0
-    warm_up: float = 0.0
-    pause: float = 0.0
+    step: float  # physics step [s]; the control period is a multiple of it
+    earlier: int = 0  # number of earlier motions of the robot: friction may drift between them, and drives stay warm
+    warm_up: float = 0.0  # time for which the motion was repeated with a bare flange before the first one [s]
+    pause: float = 0.0  # rest before this motion [s], unless it is the first
 
 
 def substeps(experiment: Experiment) -> int:

@@ -39,20 +39,11 @@ Layout = tuple[Path, str | None, tuple[bool, ...]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PayloadBody:
-    """A rigid body on the flange, in the frame of the last link.
+    """A rigid body on the flange, in the frame of the last link; raises `PlantError` for a number out of range."""
 
-    Attributes:
-        mass: [kg].
-        com: Centre of mass [m].
-        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
-
-    Raises:
-        PlantError: If a number is not finite or out of range.
-    """
-
-    mass: float
-    com: tuple[float, float, float]
-    inertia: tuple[float, float, float, float, float, float]
+    mass: float  # [kg]
+    com: tuple[float, float, float]  # centre of mass [m]
+    inertia: tuple[float, float, float, float, float, float]  # ixx, iyy, izz, ixy, ixz, iyz about it [kg m^2]
 
     def __post_init__(self) -> None:
         """Check the numbers; MuJoCo's compiler checks whether they are physically possible."""
@@ -66,19 +57,11 @@ class PayloadBody:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plant:
-    """All true parameters of one robot.
-
-    Attributes:
-        drives: Its true drives; those of `robot` are nominal.
-        payload: Payload of the loaded motions.
-
-    Raises:
-        PlantError: If the drives do not match the arm, or a model error does not apply to robot or drives.
-    """
+    """All true parameters of one robot; raises `PlantError` if drives or model errors do not apply to it."""
 
     robot: Robot
-    drives: DriveTruth
-    payload: PayloadBody
+    drives: DriveTruth  # its true drives; those of `robot` are nominal
+    payload: PayloadBody  # payload of the loaded motions
     errors: ModelErrors = field(default_factory=ModelErrors)
 
     def __post_init__(self) -> None:

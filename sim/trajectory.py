@@ -14,18 +14,12 @@ class FourierTrajectory:
 
     `q_j(t) = center_j + sum_k sine_jk sin(k w t) + cosine_jk cos(k w t)`, w = 2 pi / duration. The coefficients
     satisfy `sum_k k sine_jk = 0` and `sum_k k^2 cosine_jk = 0`, so velocity and acceleration vanish at both ends.
-
-    Attributes:
-        center: Mean positions [rad], shape (n,).
-        sine: Sine coefficients [rad], shape (n, H).
-        cosine: Cosine coefficients [rad], shape (n, H).
-        duration: One period [s].
     """
 
-    center: Array
-    sine: Array
-    cosine: Array
-    duration: float
+    center: Array  # mean positions [rad], shape (n,)
+    sine: Array  # sine coefficients [rad], shape (n, H)
+    cosine: Array  # cosine coefficients [rad], shape (n, H)
+    duration: float  # one period [s]
 
     @property
     def n(self) -> int:

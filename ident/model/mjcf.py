@@ -54,21 +54,16 @@ INERTIA = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
 class MinimalModel:
     """A robot model reduced to its kinematics: links and joints, with checked numbers.
 
-    Attributes:
-        kind: The format of `text`, "mjcf" or "urdf".
-        text: A complete document of that format.
-        gravity: Gravity in the world frame [m/s^2].
-        ranges: Ends of joints by name [rad or m], where Pinocchio would read others.
-        shared: Joints that one motor moves, with ratios, by its place in the file.
-        own: Joints with a motor that moves no other joint.
+    `ranges` are ends of joints by name [rad or m], where Pinocchio would read others; `shared` are joints that one
+    motor moves, with ratios, by its place in the file.
     """
 
-    kind: str
-    text: str
-    gravity: tuple[float, ...] = EARTH
+    kind: str  # the format of `text`, "mjcf" or "urdf"
+    text: str  # a complete document of that format
+    gravity: tuple[float, ...] = EARTH  # gravity in the world frame [m/s^2]
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
     shared: dict[str, dict[str, float]] = field(default_factory=dict[str, dict[str, float]])
-    own: frozenset[str] = frozenset()
+    own: frozenset[str] = frozenset()  # joints with a motor that moves no other joint
 
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:

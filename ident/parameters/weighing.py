@@ -42,31 +42,18 @@ UNKNOWN, ANY_MASS = (Payload(mass=1.0, known=known) for known in ("none", "mass"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighed:
-    """A mass from currents compared with the stated one; without a mass its numbers are None.
+    """A mass from currents compared with the stated one; without a mass its numbers are None."""
 
-    Attributes:
-        std: Standard deviation of `mass`, without that of the scale [kg].
-        residual_std: Contribution of the residuals to `std` [kg].
-        gain_std: Contribution of the gains' standard deviations to `std` [kg].
-        model_std: Contribution of the model's assumptions to `std` [kg].
-        joint: The joint, from 0; None for all joints together.
-        mass: Estimated mass [kg].
-        rel_error: Relative error of the mass, (estimate - weighed) / weighed, which equals that of the gains.
-        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
-        verdict: "agrees", "differs" or, if inconclusive, "says nothing".
-        reason: Why it is inconclusive.
-    """
-
-    std: float | None = None
-    residual_std: float | None = None
-    gain_std: float | None = None
-    model_std: float | None = None
-    joint: int | None
-    mass: float | None = None
-    rel_error: float | None = None
-    rel_std: float | None = None
-    verdict: str = SAYS_NOTHING
-    reason: str | None = None
+    std: float | None = None  # standard deviation of `mass`, without that of the scale [kg]
+    residual_std: float | None = None  # contribution of the residuals to `std` [kg]
+    gain_std: float | None = None  # contribution of the gains' standard deviations to `std` [kg]
+    model_std: float | None = None  # contribution of the model's assumptions to `std` [kg]
+    joint: int | None  # the joint, from 0; None for all joints together
+    mass: float | None = None  # estimated mass [kg]
+    rel_error: float | None = None  # relative error of the mass, which is that of the gains
+    rel_std: float | None = None  # standard deviation of `rel_error`, including that of the scale; relative
+    verdict: str = SAYS_NOTHING  # "agrees", "differs" or, if inconclusive, "says nothing"
+    reason: str | None = None  # why it is inconclusive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

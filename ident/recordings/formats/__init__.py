@@ -56,8 +56,8 @@ class DataFrame(Protocol):
 class Table:
     """A table that has been opened.
 
-    `load` returns some columns; those of its second argument hold dates, and are loaded as seconds since 1970; it raises
-    `RecordingError` if one is not numeric. Currents are by the pattern of their names, `{joint}` for a joint.
+    `load` returns some columns; those of its second argument hold dates, and are loaded as seconds since 1970. It
+    raises `RecordingError` if one is not numeric. Currents are by the pattern of their names, `{joint}` for a joint.
     """
 
     names: Sequence[str]  # names of all columns

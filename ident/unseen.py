@@ -223,10 +223,7 @@ def unseen_motion(
 
 
 def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = None) -> Unseen:
-    """Predict the currents of a motion, and compare with another model, if there is one.
-
-    Raises `GainsError` if no joint has a gain in both.
-    """
+    """Predict the currents of a motion, and compare with another model; `GainsError` if no joint has a gain in both."""
     system, payload, fits = Columns.of(unseen.parts), unseen.log.payload, found.fits
 
     def currents(torque: Array, gains: KnownGains) -> Array:

@@ -88,10 +88,7 @@ class Controller:
 
 
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
-    """Tune a controller on the inertia of its model of the bare arm along a reference motion; the tables are read-only.
-
-    A motion that several batches share (the same object) is tabulated once.
-    """
+    """Tune a controller on the inertia of its model along a motion, which is tabulated once for batches that share it."""
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 
 

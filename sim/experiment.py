@@ -140,10 +140,7 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
 
 
 def saturation(e: Experiment, model: mujoco.MjModel, v: Array, rate_hz: float) -> TrajectoryError | None:
-    """Return the error of the first drive that needs its largest current for `SATURATED_TOO_LONG`; None if none does.
-
-    Needed currents v [drive units] have the shape (N, n); those of a simulation do not exceed the limit.
-    """
+    """Return the error of the first drive whose needed currents (N, n) are too long at its limit; None if none is."""
     run, limit = max(1, round(SATURATED_TOO_LONG * rate_hz)), e.plant.drives.current_limit
     held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one
     np.cumsum(np.abs(v) >= limit, axis=0, out=held[1:])

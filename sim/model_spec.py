@@ -143,11 +143,7 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
 
 
 def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """Reduce a model in place to the joints of an arm, each with a name, without drives and constraints.
-
-    Raises `PlantError` if there is no such flange, a joint has more than one axis, or springs or constraints act on
-    the arm.
-    """
+    """Reduce a model in place to the named joints of an arm; `PlantError` for other joints, springs or constraints."""
     if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
         for tie in spec.equalities:
             if tie.active:

@@ -232,10 +232,7 @@ class Robot(Table):
 
 
 def read_robot(path: Path) -> Robot:
-    """Read a robot file, to which the path of its model is relative.
-
-    Raises `PlantError` if it cannot be read, lacks a value, has one too many, or its model file is missing.
-    """
+    """Read a robot file, to which its model's path is relative; `PlantError` for a fault or a missing model file."""
     table, place = read_toml(path, error=PlantError), f"robot file {path}"
     with placed(place):
         stated = validated_table(Robot, table, place, PlantError)

@@ -90,10 +90,7 @@ def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
 
 
 def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
-    """Name all bodies of a robot's model, and add capsules and a floor if no moving part has a shape.
-
-    Return the names of the bodies with a capsule, from base to flange.
-    """
+    """Name all bodies; give an arm without shapes capsules and a floor; return names of bodies with a capsule."""
     for k, body in enumerate(spec.bodies):
         if not body.name:
             body.name = f"unnamed_body_{k}"

@@ -109,11 +109,7 @@ class Scene:
 
 @silenced()
 def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
-    """Place the arms of some experiments side by side, from left to right, viewed from where they appear widest.
-
-    The scene is laid out for some times [s], by default for the whole motions. Raises `PlantError` for a faulty model
-    file.
-    """
+    """Place arms side by side, seen from where they appear widest at some times [s]; `PlantError` for a faulty file."""
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)
     instants = np.linspace(0.0, duration, 40) if times is None else np.array(times)

@@ -185,10 +185,7 @@ def stated_transmission(minimal: MinimalModel, joints: Sequence[str]) -> Array |
 
 
 def load_pinocchio(minimal: MinimalModel, path: str | Path) -> "pin.Model":
-    """Return the Pinocchio model of a reduced file: kinematics and gravity, not masses; `path` is for messages.
-
-    Raises `RobotModelError` if Pinocchio cannot read it.
-    """
+    """Return the Pinocchio model of a reduced file, without masses; `path` is for messages of `RobotModelError`."""
     import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
 
     with captured_stderr() as printed:  # urdfdom prints its errors instead of raising them

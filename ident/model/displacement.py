@@ -32,10 +32,7 @@ class States:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """States of an arm with quantities that do not depend on its masses.
-
-    Twists and accelerations have shape (n, 2, 3, N), angular part first.
-    """
+    """States of an arm without its masses; twists and accelerations have shape (n, 2, 3, N), angular part first."""
 
     arm: Arm
     pose: Array  # pose of each link's frame, shape (n, 3, 4, N)

@@ -101,10 +101,7 @@ def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
 
 
 def vector(element: ET.Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
-    """Return the numbers of an attribute, checked for count, finiteness and plausible size; None without it.
-
-    Raises `RobotModelError` if a number is wrong; the message names line, element, attribute and word.
-    """
+    """Return the checked numbers of an attribute, None without it; `RobotModelError` names line, element and word."""
     text = element.get(attribute)
     if text is None:
         return None

@@ -67,10 +67,7 @@ def noise_density(x: Array, period: float) -> Array:
 
 
 def delayed(x: Array, periods: float) -> Array:
-    """Return signals, shape (N, n), delayed by sampling periods, linearly interpolated and held at the start.
-
-    A negative delay advances them, and the end is held.
-    """
+    """Return signals (N, n) delayed by sampling periods, which may be negative, interpolated and held at the end."""
     if periods == 0.0:
         return x
     if periods < 0.0:

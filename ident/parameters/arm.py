@@ -183,10 +183,7 @@ class BareArm:
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions, believed: KnownGains | None = None) -> BareArm:
-    """Identify ratios of gains, with believed curves, and the arm in drive units.
-
-    Raises `NotIdentifiable` if no two joints share a parameter.
-    """
+    """Identify ratios of gains, with believed curves, and the arm in drive units; `NotIdentifiable` if none shows."""
     ready = linearised(setting_of(problem, options, [GivenGain(0, 1.0)]), believed)
     given = ready.braked()
     selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std

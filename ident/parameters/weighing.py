@@ -226,10 +226,7 @@ def gains_outcome(
 def outcome_of_other_gains(
     problem: Problem, gains: KnownGains, options: object, estimate: GainEstimate
 ) -> GainsOutcome:
-    """Estimate arm and heaviest payload of motions used for identification, as `gains_outcome`, with other gains.
-
-    `estimate` has the identified ones.
-    """
+    """As `gains_outcome`, with other gains than those identified, `estimate`, and the motions' heaviest payload."""
     problem.check_difference()
     weight = max(problem.payloads, key=lambda each: each.mass)
     loaded = [motion for motion in problem.motions if motion.payload is weight]

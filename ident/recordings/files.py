@@ -201,10 +201,7 @@ def format_of(path: Path) -> LogFormat:
 
 
 def read_temperatures(path: Path, description: LogDescription, joints: int) -> Array | None:
-    """Return temperatures of all joints [degrees Celsius], one row per row of the file, (N, n); None without them.
-
-    The log has already been read as a recording. Raises `RecordingError` if a cell of such a column is not a number.
-    """
+    """Return temperatures of all joints [degrees Celsius], (N, n), None without them; refuses cells without number."""
     with placed(one_line(path)):
         table = format_of(path).open(path, description)
         for pattern, first in TEMPERATURES.values():
@@ -215,10 +212,7 @@ def read_temperatures(path: Path, description: LogDescription, joints: int) -> A
 
 
 def write_recording(recording: Recording, path: str | Path, *, signal: str = "") -> None:
-    """Write a recording as Parquet (`.parquet`) or CSV (any other ending), with all digits.
-
-    The quantity of v, `signal`, is for readers of the file: a comment of CSV, metadata of Parquet.
-    """
+    """Write a recording with all digits, as Parquet or else CSV; `signal`, its quantity of v, is for readers."""
     path = Path(path)
     names = ["t", *(f"{kind}{j + 1}" for kind in "qv" for j in range(recording.n))]
     columns = np.column_stack((recording.t, recording.q, recording.v))

@@ -88,7 +88,7 @@ class Controller:
 
 
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
-    """Tune a controller on the inertia of its model along a motion, which is tabulated once for batches that share it."""
+    """Tune a controller on the inertia of its model along a motion, tabulated once for batches that share it."""
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 
 
@@ -105,7 +105,7 @@ def _tuned(
     samples = round(trajectory.duration * options.rate_hz) + 1
     q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))
     rate = 2.0 * np.pi * options.bandwidth_hz
-    M = _mean_inertia(model, q[:: max(1, samples // 50)])
+    M = inertias(model, q[:: max(1, samples // 50)]).mean(axis=0)
     torque = inverse_dynamics(model, q, dq, ddq) if options.feedforward else np.zeros_like(q)
     if A is not None:  # of the motors
         through = np.linalg.inv(A)
@@ -138,12 +138,11 @@ def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> 
 
 
 @silenced()
-def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
-    """Return the mean inertia matrix over some positions [kg m^2], shape (n, n)."""
-    data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros((model.nv, model.nv))
-    for position in q:
+def inertias(model: mujoco.MjModel, q: Array) -> Array:
+    """Return the inertia matrices of all joints, with rotors, at positions (N, nv) [kg m^2], shape (N, nv, nv)."""
+    data, M = mujoco.MjData(model), np.empty((len(q), model.nv, model.nv))
+    for position, each in zip(q, M, strict=True):
         data.qpos[:] = position
-        mujoco.mj_forward(model, data)
-        mujoco.mj_fullM(model, data, M)
-        total += M
-    return total / len(q)
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fullM(model, data, each)
+    return M

@@ -44,7 +44,7 @@ def varies(errors: ModelErrors) -> bool:
 
 
 def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
-    """Return the effects in a control period of a compiled plant; `warmth` is the drives' temperature rise [K], (n,)."""
+    """Return the effects in a control period of a compiled plant; `warmth` is that of the drives [K], (n,)."""
     n, places = plant.robot.n, places_of_motors(model)
     constant, damping, inertia = (
         np.concatenate([getattr(model, f"{kind}_{name}")[place] for kind, place in places])

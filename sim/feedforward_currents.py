@@ -4,11 +4,10 @@
 
 There is no time stepping. MuJoCo's inverse dynamics of the compiled model without friction gives the torque of links,
 rotors and springs, including all effects that change the model; it is evaluated at a few samples and interpolated by
-splines. A joint without a drive (a link behind its transmission) moves such that its torque balance is zero: it
-is repeatedly displaced by its torque over its stiffness,
-and for a mass on springs its inertia, by frequency. Effects that act in every
-control period are evaluated with the same `term` as in the closed loop, and the temperature of the drives follows from
-their currents. These currents also show whether the drives can follow a motion.
+splines. A joint without a drive (a link behind its transmission) moves such that its torque balance is zero: it is
+repeatedly displaced by its torque over its stiffness, and for a mass on springs its inertia, by frequency. Effects that
+act in every control period are evaluated with the same `term` as in the closed loop, and the temperature of the drives
+follows from their currents. These currents also show whether the drives can follow a motion.
 """
 
 from collections.abc import Sequence
@@ -21,21 +20,14 @@ import numpy as np
 
 from ident.numerics.splines import CubicSpline
 from ident.support.arrays import Array, Indices
-from sim.controller import inverse_dynamics
+from sim.controller import inertias, inverse_dynamics
 from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
 from sim.effects.transmissions import own_stiffness, places_of_motors
 from sim.engine import Varied, acting, varies
 from sim.errors import PlantError, SimulationError
-from sim.experiment import (
-    Experiment,
-    after_warm_up,
-    saturation,
-    starts_warm,
-    warming_motion,
-    warmth_before,
-)
+from sim.experiment import Experiment, after_warm_up, saturation, starts_warm, warming_motion, warmth_before
 from sim.model_spec import arm_joints, driven_joints, file_stamp, silenced
 from sim.plant import PayloadBody, Plant, plant_model
 from sim.trajectory import FourierTrajectory
@@ -113,19 +105,16 @@ def of_motors(states: States, A: Array | None) -> States:
     return states if A is None else States(states.t, *(x @ A.T for x in states[1:]))
 
 
-@silenced()
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """Inertia matrix of a rigid arm by its motors, with rotors, along the motion [kg m^2], shape (N, n, n)."""
     model, motion = _rubbing_of(experiment)[0].model, experiment.trajectory
-    n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
+    count = INERTIAS_PER_HARMONIC * motion.sine.shape[1]
     own, links = driven_joints(model), arm_joints(model)
     coarse = motion.duration / count * np.arange(count + 1)
-    data, M, found = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.empty((count + 1, n, n))
-    for k, q in enumerate(motion(coarse)[0]):
-        data.qpos[links] = data.qpos[own] = q
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fullM(model, data, M)
-        found[k] = M[links, links] if own == links else M[links, links] + M[own, own]
+    q = np.zeros((count + 1, model.nq))
+    q[:, links] = q[:, own] = motion(coarse)[0]
+    M = inertias(model, q)
+    found = M[:, links, links] if own == links else M[:, links, links] + M[:, own, own]
     places = np.interp(states_of(motion, rate_hz).t, coarse, np.arange(count + 1.0))
     below = np.minimum(places.astype(np.intp), count - 1)
     share = (places - below)[:, None, None]

@@ -188,11 +188,6 @@ class Clearance:
                 out[k] = min(self._margin, contact.dist.min())
         return out
 
-    def nearest(self, q: Array) -> tuple[str, str] | None:
-        """Return the names of the two nearest bodies at a position (n,), None if all distances exceed the margin."""
-        contact = self._contacts(q, self._data)
-        return self._pairs(contact.geom[[int(contact.dist.argmin())]]).pop() if len(contact.dist) else None
-
     def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, str], ...]:
         """Return pairs of bodies within one of these sets that are too near at all of some random positions."""
         model, data = self._model, mujoco.MjData(self._model)

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -100,8 +101,7 @@ def _is_text(value: object) -> bool:
     return isinstance(value, str) and bool(value.strip())
 
 
-def _is_number(value: object) -> bool:
-    return is_number(value, LARGEST)
+_is_number = partial(is_number, largest=LARGEST)
 
 
 def _is_selection(value: object) -> bool:
@@ -125,14 +125,10 @@ def _is_coupling(value: object) -> bool:
 
 NUMBERS = "a number, or an array of numbers, one per joint"
 NOT_ZERO = Key(f"{NUMBERS}, not 0", lambda value: _is_number(value) and value != 0, many=True)
-RATE = Key("a sampling rate [Hz], above 0", lambda value: _is_number(value) and cast("float", value) > 0.0)
+RATE = Key("a sampling rate [Hz], above 0", lambda value: is_number(value, LARGEST) and value > 0.0)
 TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
 SIGNS = Key("1 or -1, or an array of them", lambda value: is_number(value) and value in (1, -1), many=True)
-BITS = Key(
-    "a number of a bit, 1 to 32, or an array of them",
-    lambda value: isinstance(value, int) and 1 <= value <= 32,
-    many=True,
-)
+BITS = Key("a number of a bit, 1 to 32, or an array of them", lambda x: isinstance(x, int) and 1 <= x <= 32, many=True)
 COUPLING = Key("pairs of joints, such as [[3, -2]]", _is_coupling, many=True)
 LINE = Key(
     f"a line number, 1 to {LAST_LINE}",

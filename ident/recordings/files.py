@@ -37,7 +37,7 @@ LOGS: dict[str, LogFormat] = {
     "csv": CSV,
 }
 """Log formats by name; the ending of a file's name selects the format, and CSV is the default."""
-TEMPERATURES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
+TEMPERATURES = ("T{}", 1), ("joint_temperatures_{}", 0)
 """Patterns of temperature columns, and the number of the first joint."""
 DRIVE_UNITS = "as logged [drive units]"
 SIGN_BITS, WORDS = range(7, 31), (8, 16, 32)
@@ -204,7 +204,7 @@ def read_temperatures(path: Path, description: LogDescription, joints: int) -> A
     """Return temperatures of all joints [degrees Celsius], (N, n), None without them; refuses cells without number."""
     with placed(one_line(path)):
         table = format_of(path).open(path, description)
-        for pattern, first in TEMPERATURES.values():
+        for pattern, first in TEMPERATURES:
             wanted = [pattern.format(first + j) for j in range(joints)]
             if set(wanted) <= set(table.names):
                 return np.column_stack(list(table.load(wanted, frozenset()).values()))

@@ -57,7 +57,7 @@ KEYS = {
 def open_lerobot(path: Path, description: LogDescription) -> Table:
     """Open one episode; raises if the folder is no dataset or one must be chosen; `load`, if frames are lost."""
     info = _info(path)
-    frames_of = _lengths(path) if info["codebase_version"].startswith("v2.") else _parquet_lengths(path)
+    frames_of = _lengths(path, info["codebase_version"])
     there = f"{len(frames_of)} episode{'s'[: len(frames_of) > 1]}, {min(frames_of):g} to {max(frames_of):g}"
     episode = dict(description.only).get(EPISODE, min(frames_of) if len(frames_of) == 1 else None)
     if episode is None or episode not in frames_of:
@@ -116,20 +116,17 @@ def _info(path: Path) -> dict[str, Any]:
         return info | strict_table({key: info.get(key) for key in KEYS}, KEYS, RecordingError)
 
 
-def _lengths(path: Path) -> dict[float, float]:
-    """Return the number of frames of each episode of a dataset of version 2."""
+def _lengths(path: Path, version: str) -> dict[float, float]:
+    """Return the number of frames of each episode; datasets of version 2 have a list of episodes."""
+    if not version.startswith("v2."):
+        meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
+        return dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
     if not (path / LIST).is_file():
         raise RecordingError(f"{LIST} is missing; copy the dataset again")
     content = read_bytes(path / LIST, most_bytes=LARGEST, error=RecordingError)
     with placed(LIST), readable("JSON lines as LeRobot writes them; copy the dataset again", RecursionError):
         rows = [json.loads(line) for line in content.splitlines() if line.strip()]
         return {float(row[EPISODE]): float(row[LENGTH]) for row in rows}
-
-
-def _parquet_lengths(path: Path) -> dict[float, float]:
-    """Return the number of frames of each episode of a dataset of version 3."""
-    meta = _parquet(path, "meta/episodes").load((EPISODE, LENGTH), frozenset())
-    return dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
 
 
 def _names(stated: object) -> list[str]:

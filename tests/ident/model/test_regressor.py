@@ -1,15 +1,16 @@
-"""Regressor and inverse dynamics, against Pinocchio and each other."""
+"""Regressor, inverse dynamics and its derivative, against Pinocchio, each other and differences of torques."""
 
 from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from pinocchio_arms import random_arm, reference_regressor
+from pinocchio_arms import ELBOW, WRIST, random_arm, reference_regressor, standard_parameters_of
 
-from ident.model.arm import arm_from_pinocchio
+from ident.model.arm import Arm, arm_from_pinocchio, with_transmission
+from ident.model.displacement import Dynamics, Kinematics, States
 from ident.model.parameters import STANDARD, labels
-from ident.model.regressor import BLOCK, LinkMotions, inverse_dynamics, regressor, regressor_blocks
+from ident.model.regressor import BLOCK, LinkMotions, drive_torques, inverse_dynamics, regressor, regressor_blocks
 
 STATES = 200
 
@@ -78,3 +79,61 @@ def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, 
     ):
         # Relative to the largest torque: a few hundred roundings.
         np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+def lopsided(rng: np.random.Generator, samples: int, n: int) -> tuple[States, States]:
+    values = rng.uniform(0.3, 2.0, (6, samples, n)) * rng.choice([-1.0, 1.0], (6, samples, n))
+    return States(*values[:3]), States(*values[3:])
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_displaced_links_ask_for_what_pinocchio_s_derivatives_say(seed):
+    rng = np.random.default_rng(seed)
+    model = random_arm(rng, 5, prismatic=0.4)
+    states, further = lopsided(rng, 30, 5)
+    chi = np.column_stack((standard_parameters_of(model), np.zeros((5, 4)))).ravel()
+    change = Dynamics.of(Kinematics.of(arm_from_pinocchio(model), states), chi).displaced(further)
+    data, expected = model.createData(), np.empty_like(change)
+    for k in range(30):
+        by_q, by_dq, by_ddq = pin.computeRNEADerivatives(model, data, states.q[k], states.dq[k], states.ddq[k])
+        whole = np.triu(by_ddq) + np.triu(by_ddq, 1).T  # it fills the upper triangle
+        expected[k] = by_q * further.q[k] + by_dq * further.dq[k] + whole * further.ddq[k]
+    np.testing.assert_allclose(change, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # thousands of roundings
+
+
+@pytest.fixture
+def coupled(arm: Arm) -> Arm:
+    return replace(arm, couplings=((1, 2), (4, 5)))
+
+
+@pytest.mark.parametrize("A", [None, ELBOW, WRIST])
+def test_a_little_displacement_of_a_motor_changes_torques_by_its_share(coupled, arm, rng, A):
+    moved = coupled if A is None else with_transmission(arm, A)
+    chi = rng.normal(size=len(labels(6, moved.couplings)))  # not those of any body
+    states, further = lopsided(rng, 1041, 6)
+    change = Dynamics.of(Kinematics.of(moved, states), chi).displaced(further)
+    at, by = (np.array((each.q, each.dq, each.ddq)) for each in (states, further))
+    h = 1e-5
+    steady = np.ones(len(change), bool)  # speeds are far from zero, sums of coupled ones are not
+    for pair in moved.couplings:
+        steady &= np.abs(states.dq[:, pair].sum(axis=1)) > 3.0 * h
+    for k, only in enumerate(np.eye(6)):
+        there, back = (inverse_dynamics(moved, chi, *(at + size * only * by))[steady] for size in (h, -h))
+        expected = (there - back) / (2.0 * h)
+        # A central difference is off by h^2 of a third derivative, 1e-10, and by rounding over h, 1e-11.
+        np.testing.assert_allclose(change[steady, :, k], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_drives_carry_their_own_torque_and_each_other_s_where_they_are_coupled(coupled, rng):
+    names = labels(6, coupled.couplings)
+    chi = rng.uniform(0.3, 2.0, len(names))
+    value = dict(zip(names, chi, strict=True))
+    dq, ddq = rng.uniform(0.3, 2.0, (2, 4, 6)) * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
+    expected = np.empty_like(dq)
+    for j in range(6):
+        Ia, Fv, Fc, off = (value[f"{name}{j + 1}"] for name in ("Ia", "Fv", "Fc", "off"))
+        expected[:, j] = Ia * ddq[:, j] + Fv * dq[:, j] + Fc * np.sign(dq[:, j]) + off
+    for one, other, of in ((1, 2, 3), (2, 1, 3), (4, 5, 6), (5, 4, 6)):
+        Iam, Fvm, Fcm = (value[f"{name}{of}"] for name in ("Iam", "Fvm", "Fcm"))
+        expected[:, one] += Iam * ddq[:, other] + Fvm * dq[:, other] + Fcm * np.sign(dq[:, one] + dq[:, other])
+    np.testing.assert_allclose(drive_torques(coupled, chi, dq, ddq), expected, rtol=1e-12)  # a handful of roundings

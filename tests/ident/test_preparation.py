@@ -7,6 +7,7 @@ import pytest
 from consistency_logs import LOOSE, at, changed, logs_of, without
 from known_logs import BRICK
 from real_friction import Truth
+from refusals import refused
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.hypothesis import as_logged, read_as
@@ -118,8 +119,7 @@ def test_what_a_reading_leaves_as_it_is_is_not_observed_again(axes, logs):
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
     again = replace(logs[0], name="again")
     motions = (Motion(logs[0]), Motion(again))
-    with pytest.raises(NotIdentifiable, match="bare and again contain the same motion"):
-        prepare(motions, axes, policy=DOUBTED)
+    refused(NotIdentifiable, "bare and again contain the same motion", prepare, motions, axes, policy=DOUBTED)
     assert [len(prepare(motions, axes, policy=each).motions) for each in (REPORTED, SIMULATED)] == [2, 2]
 
 
@@ -130,9 +130,8 @@ def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, lo
         prepared(axes, changed(bare, q=bare.q[:, :2], v=bare.v[:, :2]), loaded, policy=policy)
     degrees = changed(bare, q=np.rad2deg(bare.q))
     doubted = (Contradiction, "all positions are in degrees in bare alone; ")  # found beside all other faults
-    refused, said = doubted if policy.checked else (RecordingError, "the log looks like degrees")
-    with pytest.raises(refused, match=said):
-        prepared(axes, degrees, loaded, policy=policy)
+    error, said = doubted if policy.checked else (RecordingError, "the log looks like degrees")
+    refused(error, said, prepared, axes, degrees, loaded, policy=policy)
 
 
 def test_what_several_places_say_is_joined_the_worst_first():

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams, try_record
+from refusals import refused
 
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.motors import gain_at
@@ -105,8 +106,7 @@ def test_impossible_errors_are_refused():
         ({"joint_compliance": (1e-4, 0.0)}, r"errors: joint_compliance = \[0\.0001, 0\.0\] rad/\(N m\): expected"),
         ({"joint_compliance": (0.1001,) * 6}, r"expected positive numbers up to 0\.1, one per joint"),
     ):
-        with pytest.raises(PlantError, match=message):
-            ModelErrors(**values)
+        refused(PlantError, message, ModelErrors, **values)
 
 
 STRETCH = np.array([1.0, -2.0, 1.0, 0.5, -0.3, 0.2])

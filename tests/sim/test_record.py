@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
+from refusals import refused
 
 from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions, inverse_dynamics
@@ -250,8 +251,7 @@ def test_absurd_numbers_and_bodies_are_refused():
         (partial(replace, BELIEF), {"gain": (1e308,) * 6}),
         (partial(replace, BELIEF), {"rotor_inertia": (-1.0,) * 6}),
     ):
-        with pytest.raises(PlantError, match=r"\A[^\n]{1,400}\Z"):
-            make(**changes)
+        refused(PlantError, r"\A[^\n]{1,400}\Z", make, **changes)
     # More about z than about x and y together, which MuJoCo refuses.
     impossible = nominal_plant(replace(CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)))
     (outcome,) = try_record([experiment(plant=impossible, loaded=True)], streams(0), threads=1)
@@ -295,5 +295,4 @@ def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, erro
             check_torque_limits([e])
     advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
     said = rf"drive of joint2 would need up to {need[1]:.4g}, its limit is {limit[1]:g}, for more than 0\.1 s from"
-    with pytest.raises(TrajectoryError, match=rf"(?=.*{said}).*{advice}"):
-        check_torque_limits([e])
+    refused(TrajectoryError, rf"(?=.*{said}).*{advice}", check_torque_limits, [e])

@@ -1,8 +1,8 @@
 from dataclasses import fields, replace
 
 import numpy as np
-import pytest
 from plants import streams
+from refusals import refused
 from scipy import signal
 
 from sim.errors import PlantError
@@ -184,5 +184,4 @@ def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log():
         (SensorOptions(log_rate_hz=1000.0), "log_rate_hz = 1000 at 500 Hz"),
         (replace(coloured, coloured_cutoff_hz=20.0), "coloured_cutoff_hz = 20 at 25 Hz: .* less than 12.5 Hz"),
     ):
-        with pytest.raises(PlantError, match=message):
-            check_rate(options, 500.0)
+        refused(PlantError, message, check_rate, options, 500.0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
+from refusals import refused
 from weighings import NAMES, PLAIN, estimated, known, weighed
 
 from ident.estimation.estimators.nls import all_joints_gains
@@ -90,8 +91,7 @@ def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weig
 def test_motions_that_weigh_nothing_are_refused(two_weights, structure):
     problem, _ = two_weights
     for motions, said in ((problem.motions[:1], "no motion carries a payload"), (problem.motions[1:], "no motion is")):
-        with pytest.raises(NotIdentifiable, match=said):
-            outcome_of_other_gains(replace(problem, motions=motions), known(), PLAIN, "")
+        refused(NotIdentifiable, said, outcome_of_other_gains, replace(problem, motions=motions), known(), PLAIN, "")
     nothing = tuple(
         motion if motion.payload is None else replace(motion, payload=Payload(mass=2.0, known="none"))
         for motion in problem.motions[:2]
@@ -106,7 +106,5 @@ def test_stated_gains_are_exact_and_one_a_joint(structure):
     assert gains.joints.tolist() == list(range(len(NAMES)))
     np.testing.assert_array_equal(gains.value, GAIN)
     assert not gains.covariance.any()
-    with pytest.raises(GainsError, match=r"5 gains, but robot \w+ has 6 joints"):
-        stated_gains(structure.arm, GAIN[:5])
-    with pytest.raises(GainsError, match="joint 2: a gain of 0"):
-        stated_gains(structure.arm, [1.0, 0.0, 1.0, 1.0, 1.0, 1.0])
+    refused(GainsError, r"5 gains, but robot \w+ has 6 joints", stated_gains, structure.arm, GAIN[:5])
+    refused(GainsError, "joint 2: a gain of 0", stated_gains, structure.arm, [1.0, 0.0, 1.0, 1.0, 1.0, 1.0])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import GAIN, exact_problem
+from refusals import refused
 from weighings import PLAIN, UNKNOWN, known, weighed
 
 from ident.estimation.known_gains import KnownGains, Shares
@@ -68,8 +69,7 @@ def test_what_cannot_give_a_payload_is_refused(weighed_problem):
         with pytest.raises(NotIdentifiable, match=words):
             payload_of(replace(weighed_problem, motions=weighed_problem.motions[which]), known(), PLAIN)
     three = KnownGains(names=("a", "b", "c"), joints=np.arange(1), value=np.ones(1) * 2, covariance=np.eye(1))
-    with pytest.raises(GainsError, match="gains of 3 joints"):
-        payload_of(weighed_problem, three, PLAIN)
+    refused(GainsError, "gains of 3 joints", payload_of, weighed_problem, three, PLAIN)
 
 
 def test_body_values_undo_huygens_and_steiner():
@@ -116,8 +116,7 @@ def test_what_shows_only_with_others_is_refused_by_name(weighed_problem):
     assert "XX: only its sum with other parameters is identifiable" in body.refused["ixx"]
     assert body.of("x") is not None
     unsure = replace(found, refused=found.refused | {"M": "unseen"})
-    with pytest.raises(NotIdentifiable, match="the payload's M: unseen"):
-        verified(unsure, replace(UNKNOWN, known="mass"), known(), "")
+    refused(NotIdentifiable, "the payload's M: unseen", verified, unsure, replace(UNKNOWN, known="mass"), known(), "")
 
 
 def test_a_rival_s_difference_counts_in_part(weighed_problem, heavy, monkeypatch):

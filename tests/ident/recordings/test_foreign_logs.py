@@ -7,6 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
+from refusals import refused
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription, read_description, spread
 from ident.recordings.files import likely_encoding, read_log, read_recording
@@ -57,8 +58,7 @@ def test_positions_told_against_those_of_other_joints_are_taken_apart(tmp_path):
         read_recording(path, channels("q", unit=("deg",), coupling=((2, 4),)))
     for wrong in ("[3, -2]", "[[3, 3]]", "[[-3, 2]]", "[[3, 0]]", "[[3]]", '"3-2"', "[[3, true]]"):
         (tmp_path / "log.toml").write_text(f"[q]\ncoupling = {wrong}\n")
-        with pytest.raises(RecordingError, match=r"coupling = .*expected pairs of joints"):
-            read_description(tmp_path / "log.toml")
+        refused(RecordingError, r"coupling = .*expected pairs of joints", read_description, tmp_path / "log.toml")
 
 
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):
@@ -125,10 +125,7 @@ UNDECLARED = {
 def test_what_is_not_declared_is_asked_for_in_one_line(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     for message, description in UNDECLARED.items():
-        with pytest.raises(RecordingError, match=message) as caught:
-            read_recording(path, description)
-        assert str(caught.value).startswith(f"{path}: ")
-        assert "\n" not in str(caught.value)
+        assert str(refused(RecordingError, message, read_recording, path, description)).startswith(f"{path}: ")
 
 
 OWN = {
@@ -150,8 +147,7 @@ def meant(names: list[str], given: LogDescription | None = None) -> LogDescripti
 
 def test_standard_columns_are_complete_and_spelt_so():
     for header, message in OWN.items():
-        with pytest.raises(RecordingError, match=message):
-            meant(header.split(","))
+        refused(RecordingError, message, meant, header.split(","))
     names = ["t", "q1", "v1", "Q1", "V", "q01", "q1_ref", "i1", "qd1", "v12345", "time"]
     assert meant(names).names == ("t", "q1", "v1")
     with pytest.raises(RecordingError, match=r"no column 'time_ms'; .*found t, q1, v1"):
@@ -175,23 +171,19 @@ def test_rows_are_chosen_by_their_value(tmp_path):
         ({"episode_index": 5.0}, "no row has 'episode_index' = 5; it ranges from 4 to 7"),
         ({"episode": 5.0}, "no column 'episode'; did you mean 'episode_index'"),
     ):
-        with pytest.raises(RecordingError, match=message):
-            only(**values)
+        refused(RecordingError, message, only, **values)
     csv(path, columns | {"take": columns["episode_index"]})
-    with pytest.raises(RecordingError, match="no row satisfies all conditions of only"):
-        only(episode_index=4.0, take=7.0)
+    refused(RecordingError, "no row satisfies all conditions of only", only, episode_index=4.0, take=7.0)
 
 
 def test_columns_go_by_the_joints_names_and_doubled_names_are_refused(tmp_path):
     path = csv(tmp_path / "log.csv", {"pos_" + name if name in "abc" else name: x for name, x in table().items()})
     description = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
     np.testing.assert_array_equal(read_recording(path, description).q, Q[:, [1, 2, 0]])
-    with pytest.raises(RecordingError, match="no column 'pos_d'"):
-        read_recording(path, replace(description, joints=("b", "c", "d")))
+    refused(RecordingError, "no column 'pos_d'", read_recording, path, replace(description, joints=("b", "c", "d")))
     csv(path, table())
     path.write_text(path.read_text().replace("mode", "a", 1))
-    with pytest.raises(RecordingError, match="column 'a' appears twice"):
-        read_recording(path, DESCRIPTION)
+    refused(RecordingError, "column 'a' appears twice", read_recording, path, DESCRIPTION)
 
 
 def test_names_of_messages_and_ranges_are_bounded():
@@ -202,8 +194,7 @@ def test_names_of_messages_and_ranges_are_bounded():
     assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
     assert len(spread("q{2..65}", "here")) == 64
     for word in ("q{2..66}", "q{3..2}"):
-        with pytest.raises(RecordingError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
-            spread(word, "here")
+        refused(RecordingError, r"here: 'q\{.*; expected a range of 1 to 64 numbers", spread, word, "here")
 
 
 def ur_columns(*currents: str) -> dict[str, np.ndarray]:
@@ -263,8 +254,7 @@ def test_a_register_logged_as_read_is_refused_with_the_key_that_decodes_it(tmp_p
     path = csv(tmp_path / "log.csv", table(v=registers(sign_bit, bits)))
     stated = channels("v", unit=("mA",))
     key = f"sign_bit = {sign_bit}" if sign_bit else f"bits = {bits}"
-    with pytest.raises(RecordingError, match=rf"column '[xyz]' jumps .* state {key} in \[v\]"):
-        read_recording(path, stated)
+    refused(RecordingError, rf"column '[xyz]' jumps .* state {key} in \[v\]", read_recording, path, stated)
     (tmp_path / "log.toml").write_text(f"[v]\n{key}\n")
     told = read_description(tmp_path / "log.toml").v
     right = replace(stated, v=replace(stated.v, sign_bit=told.sign_bit, bits=told.bits))

@@ -7,6 +7,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from refusals import refused
 
 from ident.payload.payload import Payload, write_payload
 from ident.recordings.files import read, read_recording, write_recording
@@ -55,14 +56,11 @@ FAULTS = {
 
 def test_impossible_samples_are_refused_with_their_place():
     for message, fields in FAULTS.items():
-        with pytest.raises(RecordingError, match=message):
-            replace(LOG, **fields)
+        refused(RecordingError, message, replace, LOG, **fields)
     replace(LOG, q=changed(Q, 5, 1, to=-LARGEST_POSITION), v=changed(V, 5, 1, to=LARGEST_CURRENT))
     twice = np.repeat(np.arange(25), 2)
-    with pytest.raises(RecordingError, match=r"row 2: .*; 25 rows repeat the time of the row before"):
-        replace(LOG, t=T[twice])
-    with pytest.raises(RecordingError, match=r"row 2: .*; 25 rows repeat earlier rows"):
-        replace(LOG, t=T[twice], q=Q[twice], v=V[twice])
+    refused(RecordingError, r"row 2: .*; 25 rows repeat the time of the row before", replace, LOG, t=T[twice])
+    refused(RecordingError, r"row 2: .*; 25 rows repeat earlier rows", replace, LOG, t=T[twice], q=Q[twice], v=V[twice])
     with pytest.raises(RecordingError) as caught:
         replace(LOG, q=changed(Q, 5, 1, to=2e6))
     assert (caught.value.joint, caught.value.value, caught.value.bounds) == (1, 2e6, (-1e6, 1e6))
@@ -88,8 +86,7 @@ def test_files_keep_every_digit_and_say_what_v_is(tmp_path):
 def test_a_value_that_is_missing_in_parquet_is_refused_with_its_row(tmp_path, values):
     t, four = 0.125 * np.arange(4), np.array([0.4, 0.5, 0.7, 0.6])
     pq.write_table(pa.table({"t": t, "q1": pa.array(values), "v1": four}), tmp_path / "log.parquet")
-    with pytest.raises(RecordingError, match=r"q1.* 3"):
-        read_recording(tmp_path / "log.parquet")
+    refused(RecordingError, r"q1.* 3", read_recording, tmp_path / "log.parquet")
 
 
 def test_a_uniform_clock_is_left_alone_and_a_jittered_one_resampled(rng):
@@ -108,8 +105,7 @@ def test_an_interval_of_ten_others_is_a_hole_and_nothing_is_invented_for_it(rng)
         Recording(0.02 * (np.arange(99) + (share - 1.0) * (np.arange(99) >= 40)), q, v) for share in (9.9, 10.1)
     )
     np.testing.assert_allclose(np.diff(resampled(short).t), short.period, rtol=1e-9)  # of sums in float64
-    with pytest.raises(RecordingError, match=r"missing: 0\.202 s pass from row 40 to the next, usually 0\.02 s"):
-        resampled(long)
+    refused(RecordingError, r"missing: 0\.202 s pass from row 40 to the next, usually 0\.02 s", resampled, long)
 
 
 def test_motions_are_read_with_their_payload_and_sorted_by_absolute_time(tmp_path):

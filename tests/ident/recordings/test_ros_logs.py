@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bags import KIND, STORE, Sample, message, write_bag
+from refusals import refused
 from rosbags.rosbag2 import Writer
 
 from ident.recordings.description import LogDescription
@@ -82,8 +83,7 @@ def test_joints_in_different_messages_and_stamps_out_of_order_are_refused(tmp_pa
         ("two", two, r"no message has all .*shoulder.position.*; record a single publisher"),
         ("mixed", mixed, "time does not increase at row 42"),
     ):
-        with pytest.raises(RecordingError, match=said):
-            read_recording(write_bag(tmp_path / name, logged), DESCRIPTION)
+        refused(RecordingError, said, read_recording, write_bag(tmp_path / name, logged), DESCRIPTION)
 
 
 def test_of_several_topics_one_has_to_be_chosen(tmp_path):
@@ -115,10 +115,7 @@ REFUSED = {
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path, name):
     changes, description, text = REFUSED[name]
     bag = write_bag(tmp_path / "bag", samples(**changes))
-    with pytest.raises(RecordingError, match=text) as caught:
-        read_recording(bag, description)
-    assert str(caught.value).startswith(f"{bag}: ")
-    assert "\n" not in str(caught.value)
+    assert str(refused(RecordingError, text, read_recording, bag, description)).startswith(f"{bag}: ")
 
 
 def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
@@ -135,8 +132,7 @@ def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
         "old.bag": r"old\.bag: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert",
         ".": "is a folder; expected a regular file",
     }.items():
-        with pytest.raises(RecordingError, match=said):
-            read_recording(tmp_path / name, DESCRIPTION)
+        refused(RecordingError, said, read_recording, tmp_path / name, DESCRIPTION)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(RecordingError, match=r"for ROS 2 bags and MCAP files: pip install .*\[ros\]"):
         read_recording(tmp_path / "texts", DESCRIPTION)
@@ -157,8 +153,7 @@ def test_a_damaged_file_is_one_line_or_the_same_log(tmp_path, storage, ending):
         except RecordingError as error:
             assert re.match(rf"{re.escape(str(bag))}: [^\n]*$", str(error))  # noqa: PT017
     (bag / "metadata.yaml").write_text("rosbag2: [")
-    with pytest.raises(RecordingError, match="not a readable ROS 2 bag or MCAP file"):
-        read_recording(bag, DESCRIPTION)
+    refused(RecordingError, "not a readable ROS 2 bag or MCAP file", read_recording, bag, DESCRIPTION)
 
 
 LIMITS = {
@@ -175,16 +170,14 @@ def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit):
     monkeypatch.setattr(f"ident.recordings.{limit}", enough)
     assert_read(bag)
     monkeypatch.setattr(f"ident.recordings.{limit}", few)
-    with pytest.raises(RecordingError, match=message):
-        read_recording(bag, DESCRIPTION)
+    refused(RecordingError, message, read_recording, bag, DESCRIPTION)
 
 
 def test_messages_whose_numbers_do_not_fit_their_joints_are_refused(tmp_path):
     for number, changes in enumerate(({"position": Q[0, :3]}, {"effort": V[0, :3]})):
         bag = write_bag(tmp_path / f"{number}", samples(**changes))
         counts = f"4 names, {4 - (number == 0)} positions, {4 - (number == 1)} efforts$"
-        with pytest.raises(RecordingError, match=counts):
-            read_recording(bag, DESCRIPTION)
+        refused(RecordingError, counts, read_recording, bag, DESCRIPTION)
 
 
 def test_messages_are_read_whichever_end_comes_first_and_refused_where_they_end_early(tmp_path, monkeypatch):

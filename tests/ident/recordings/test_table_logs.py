@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
+from refusals import refused
 from scipy.io import savemat
 
 from ident.recordings.description import Channels, LogDescription, described, read_description
@@ -38,8 +39,7 @@ def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path):
                 path.unlink(missing_ok=True)
                 if content is not None:
                     path.write_bytes(content)
-                with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
-                    read_recording(path)
+                refused(RecordingError, rf"^{re.escape(str(path))}: [^\n]+$", read_recording, path)
 
 
 def test_numbers_of_any_type_are_read_from_parquet(tmp_path):
@@ -65,15 +65,12 @@ def test_rows_of_numbers_in_parquet_are_columns_entry_by_entry(tmp_path, kind):
 def test_rows_of_unequal_length_or_none_are_named(tmp_path):
     path, cells = tmp_path / "log.parquet", [row[: 3 - (k == 17)] for k, row in enumerate(Q.tolist())]
     pq.write_table(pa.table({"time": T, "pos": cells, "cur": V.tolist()}), path)
-    with pytest.raises(RecordingError, match="column pos: row 18 does not have 3 numbers, as row 1 has"):
-        read_recording(path, ENTRIES)
+    refused(RecordingError, "column pos: row 18 does not have 3 numbers, as row 1 has", read_recording, path, ENTRIES)
     pq.write_table(pa.table({"time": T, "pos": [None, *cells[1:]], "cur": V.tolist()}), path)
-    with pytest.raises(RecordingError, match="no column 'pos'"):
-        read_recording(path, ENTRIES)
+    refused(RecordingError, "no column 'pos'", read_recording, path, ENTRIES)
     fixed = pa.list_(pa.float64(), 3)
     pq.write_table(pa.schema([("time", pa.float64()), ("pos", fixed), ("cur", fixed)]).empty_table(), path)
-    with pytest.raises(RecordingError, match="0 samples are too few"):
-        read_recording(path, ENTRIES)
+    refused(RecordingError, "0 samples are too few", read_recording, path, ENTRIES)
 
 
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Paris"])
@@ -94,8 +91,7 @@ def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 270)
     read_recording(tmp_path / "log.parquet")
     monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 269)
-    with pytest.raises(RecordingError, match="270 numbers; up to 269 are read, take a part"):
-        read_recording(tmp_path / "log.parquet")
+    refused(RecordingError, "270 numbers; up to 269 are read, take a part", read_recording, tmp_path / "log.parquet")
 
 
 def fields() -> np.ndarray:
@@ -140,17 +136,14 @@ def test_arrays_of_other_names_and_of_rows_are_columns_by_number(tmp_path):
     np.save(path, np.column_stack((T, Q, V)))
     numbered = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
     assert_exact(path, numbered)
-    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; declare the columns"):
-        read_recording(path)
+    refused(RecordingError, "found 1, 2, 3, 4, 5, 6, 7; declare the columns", read_recording, path)
     np.save(path, T)  # a single column is no rows
-    with pytest.raises(RecordingError, match="no column '1'"):
-        read_recording(path, numbered)
+    refused(RecordingError, "no column '1'", read_recording, path, numbered)
 
 
 def test_a_transposed_array_is_refused_but_not_one_of_many_rows(tmp_path):
     np.savez(tmp_path / "log.npz", t=T, q=Q.T, v=V.T)
-    with pytest.raises(RecordingError, match=r"q has 3 rows of 90 numbers; .* save its \.T"):
-        read_recording(tmp_path / "log.npz")
+    refused(RecordingError, r"q has 3 rows of 90 numbers; .* save its \.T", read_recording, tmp_path / "log.npz")
     t = 0.002 * np.arange(10_001)
     np.savez(tmp_path / "log.npz", t=t, q=np.sin(t)[:, None], v=np.cos(t)[:, None])
     assert len(read_recording(tmp_path / "log.npz").t) == 10_001
@@ -160,8 +153,7 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "log.npz"
     np.savez_compressed(path, t=T, q=Q, v=V, zeros=np.zeros(100_000))
     monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 90_000)
-    with pytest.raises(RecordingError, match=r"log\.npz: 100.* numbers; up to 90000 are read"):
-        read_recording(path)
+    refused(RecordingError, r"log\.npz: 100.* numbers; up to 90000 are read", read_recording, path)
     monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 101_000)
     assert_exact(path)
 
@@ -203,8 +195,7 @@ def test_arrays_that_unpack_to_too_much_are_refused_before_they_are_read(tmp_pat
     savemat(tmp_path / "log.mat", {"zeros": np.zeros((300, 4000))}, do_compression=True)
     monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 1_000_000)
     for name in ("log.h5", "log.mat"):
-        with pytest.raises(RecordingError, match="1200000 numbers; up to 1000000 are read"):
-            read_recording(tmp_path / name, NESTED)
+        refused(RecordingError, "1200000 numbers; up to 1000000 are read", read_recording, tmp_path / name, NESTED)
 
 
 def test_a_log_without_times_has_those_of_its_stated_rate(tmp_path):
@@ -215,16 +206,14 @@ def test_a_log_without_times_has_those_of_its_stated_rate(tmp_path):
     for description in (by_file, by_words):
         assert_same(read_recording(path, description), t=np.arange(len(T)) / 40.0)
     (tmp_path / "log.toml").write_text("[t]\nrate_hz = -40\n")
-    with pytest.raises(RecordingError, match="rate_hz = -40: expected a sampling rate"):
-        read_description(tmp_path / "log.toml")
+    refused(RecordingError, "rate_hz = -40: expected a sampling rate", read_description, tmp_path / "log.toml")
 
 
 def test_seconds_and_nanoseconds_in_two_columns_are_added(tmp_path):
     whole = np.floor(T)
     path = csv(tmp_path / "log.csv", {**table(), "time": whole, "nanosec": 1e9 * (T - whole)})
     assert_same(read_recording(path, channels("t", columns=("time", "nanosec"), unit=("s", "ns"))))
-    with pytest.raises(RecordingError, match=r"add the column of fractions: column = \["):
-        read_recording(path, DESCRIPTION)
+    refused(RecordingError, r"add the column of fractions: column = \[", read_recording, path, DESCRIPTION)
 
 
 LATE = 0.0017

@@ -1,6 +1,7 @@
 import time
 
 import pytest
+from refusals import refused
 
 from ident.support import files
 from ident.support.errors import PayloadError, placed
@@ -47,8 +48,7 @@ def test_a_file_is_read_up_to_its_largest_size_with_a_mark_and_rows_of_many_numb
         (b"x = '\xe9'", "byte 5 is not UTF-8"),
         ("", "the file is empty"),
     ):
-        with pytest.raises(PayloadError, match=message):
-            read(path, content)
+        refused(PayloadError, message, read, path, content)
 
 
 def test_what_may_not_or_cannot_be_read_is_named(tmp_path, monkeypatch):
@@ -58,16 +58,14 @@ def test_what_may_not_or_cannot_be_read_is_named(tmp_path, monkeypatch):
         (files.Path("/dev/null"), "is a device; expected a regular file"),
         (tmp_path / "b.toml", r"b\.toml: no such file"),
     ):
-        with pytest.raises(PayloadError, match=message):
-            read_toml(path, error=PayloadError)
+        refused(PayloadError, message, read_toml, path, error=PayloadError)
     (tmp_path / "a.toml").write_text("x = 1")
 
     def denied(_: object) -> bytes:
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(files.Path, "read_bytes", denied)  # whoever runs the tests may be allowed everything
-    with pytest.raises(PayloadError, match=r"a\.toml: Permission denied"):
-        read_toml(tmp_path / "a.toml", error=PayloadError)
+    refused(PayloadError, r"a\.toml: Permission denied", read_toml, tmp_path / "a.toml", error=PayloadError)
 
 
 def test_a_message_begins_with_each_of_its_places_once():

@@ -4,9 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from refusals import refused
 
 from ident.recordings.description import Channels, LogDescription
+from ident.recordings.files import read_recording
 from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
 
 T = 3.7 + 0.004 * np.arange(90)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T), 0.3 * np.sin(5.0 * T + 0.4)))
@@ -43,3 +46,8 @@ def channels(kind: str, **changes: tuple) -> LogDescription:
 def assert_same(found: Recording, t: np.ndarray = T, q: np.ndarray = Q, v: np.ndarray = V) -> None:
     for one, other in ((found.t, t), (found.q, q), (found.v, v)):
         np.testing.assert_allclose(one, other, **ROUNDED)
+
+
+def unread(message: str, path: Path, description: LogDescription | None = None) -> str:
+    """The line with which the reading of a log is refused."""
+    return str(refused(RecordingError, message, read_recording, path, description))

@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
+from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table, unread
 from refusals import refused
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription, read_description, spread
@@ -44,8 +44,7 @@ def test_a_log_in_another_unit_is_the_same_recording(tmp_path):
 
 def test_a_declared_unit_of_time_is_doubted_and_dates_are_not(tmp_path):
     path = csv(tmp_path / "log.csv", table(t=1e6 * T))
-    with pytest.raises(RecordingError, match=r"t advances by 4e\+03 ms a row.*is it in us"):
-        read_recording(path, channels("t", unit=("ms",)))
+    unread(r"t advances by 4e\+03 ms a row.*is it in us", path, channels("t", unit=("ms",)))
 
 
 def test_positions_told_against_those_of_other_joints_are_taken_apart(tmp_path):
@@ -54,8 +53,7 @@ def test_positions_told_against_those_of_other_joints_are_taken_apart(tmp_path):
     (tmp_path / "log.toml").write_text('[q]\nunit = "deg"\ncoupling = [[3, -2]]\n')
     told = read_description(tmp_path / "log.toml").q
     assert_same(read_recording(path, channels("q", unit=told.unit, coupling=told.coupling)))
-    with pytest.raises(RecordingError, match="coupling of joints 2 and 4: the log has 3 joints"):
-        read_recording(path, channels("q", unit=("deg",), coupling=((2, 4),)))
+    unread("coupling of joints 2 and 4: the log has 3 joints", path, channels("q", unit=("deg",), coupling=((2, 4),)))
     for wrong in ("[3, -2]", "[[3, 3]]", "[[-3, 2]]", "[[3, 0]]", "[[3]]", '"3-2"', "[[3, true]]"):
         (tmp_path / "log.toml").write_text(f"[q]\ncoupling = {wrong}\n")
         refused(RecordingError, r"coupling = .*expected pairs of joints", read_description, tmp_path / "log.toml")
@@ -80,8 +78,7 @@ def test_ticks_are_counts_of_a_turn_of_the_joint(tmp_path):
     mixed = csv(tmp_path / "mixed.csv", table(q=Q / (2.0 * np.pi) * [4096.0, 2.0 * np.pi, 100_000.0]))
     units = {"unit": ("ticks", "rad", "ticks"), "counts_per_turn": (4096.0, 7.0, 100_000.0)}
     assert_same(read_recording(mixed, channels("q", **units)))
-    with pytest.raises(RecordingError, match=r"log\.csv: positions are in ticks; state counts_per_turn"):
-        read_recording(path, channels("q", unit=("ticks",)))
+    unread(r"log\.csv: positions are in ticks; state counts_per_turn", path, channels("q", unit=("ticks",)))
 
 
 def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(tmp_path):
@@ -97,8 +94,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     assert unknown.notes == (MEANINGS["torque-from-current"].note,)
     with pytest.raises(RecordingError, match="state the constants it was computed with, in N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
-    with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
-        read_recording(path, channels("v", constant=(2.0,)))
+    unread("constants are given for v, but v is not a torque-from-current", path, channels("v", constant=(2.0,)))
 
 
 UNDECLARED = {
@@ -125,7 +121,7 @@ UNDECLARED = {
 def test_what_is_not_declared_is_asked_for_in_one_line(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     for message, description in UNDECLARED.items():
-        assert str(refused(RecordingError, message, read_recording, path, description)).startswith(f"{path}: ")
+        assert unread(message, path, description).startswith(f"{path}: ")
 
 
 OWN = {
@@ -180,10 +176,10 @@ def test_columns_go_by_the_joints_names_and_doubled_names_are_refused(tmp_path):
     path = csv(tmp_path / "log.csv", {"pos_" + name if name in "abc" else name: x for name, x in table().items()})
     description = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
     np.testing.assert_array_equal(read_recording(path, description).q, Q[:, [1, 2, 0]])
-    refused(RecordingError, "no column 'pos_d'", read_recording, path, replace(description, joints=("b", "c", "d")))
+    unread("no column 'pos_d'", path, replace(description, joints=("b", "c", "d")))
     csv(path, table())
     path.write_text(path.read_text().replace("mode", "a", 1))
-    refused(RecordingError, "column 'a' appears twice", read_recording, path, DESCRIPTION)
+    unread("column 'a' appears twice", path, DESCRIPTION)
 
 
 def test_names_of_messages_and_ranges_are_bounded():
@@ -226,15 +222,13 @@ def test_declarations_replace_what_is_known_of_a_layout(tmp_path):
     turned = read_recording(path, LogDescription(q=Channels(sign=(1.0, -1.0, 1.0, 1.0, -1.0, 1.0), zero=(0.4,))))
     np.testing.assert_allclose(turned.q, plain.q * [1, -1, 1, 1, -1, 1] + 0.4, **ROUNDED)
     other = LogDescription(v=Channels(columns=tuple(f"target_q_{j}" for j in range(6)), unit=("A",)))
-    with pytest.raises(RecordingError, match=r"quantity in target_q_0, target_q_1, target_q_2, .. is not declared"):
-        read_recording(path, other)
+    unread(r"quantity in target_q_0, target_q_1, target_q_2, .. is not declared", path, other)
     with pytest.raises(RecordingError, match="the unit of currents is not declared"):
         read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
     assert not log.notes
-    with pytest.raises(RecordingError, match="not of the layout ur-rtde-target; found timestamp"):
-        read_recording(path, LogDescription(layout="ur-rtde-target"))
+    unread("not of the layout ur-rtde-target; found timestamp", path, LogDescription(layout="ur-rtde-target"))
     ms = 1_710_000_000_000 + 4 * np.arange(len(T))
     pq.write_table(pa.table(columns | {"timestamp": pa.array(ms, pa.timestamp("ms"))}), tmp_path / "log.parquet")
     found = read_recording(tmp_path / "log.parquet", LogDescription(t=Channels(unit=("iso",))))
@@ -254,7 +248,7 @@ def test_a_register_logged_as_read_is_refused_with_the_key_that_decodes_it(tmp_p
     path = csv(tmp_path / "log.csv", table(v=registers(sign_bit, bits)))
     stated = channels("v", unit=("mA",))
     key = f"sign_bit = {sign_bit}" if sign_bit else f"bits = {bits}"
-    refused(RecordingError, rf"column '[xyz]' jumps .* state {key} in \[v\]", read_recording, path, stated)
+    unread(rf"column '[xyz]' jumps .* state {key} in \[v\]", path, stated)
     (tmp_path / "log.toml").write_text(f"[v]\n{key}\n")
     told = read_description(tmp_path / "log.toml").v
     right = replace(stated, v=replace(stated.v, sign_bit=told.sign_bit, bits=told.bits))

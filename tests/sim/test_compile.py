@@ -1,4 +1,5 @@
 from copy import copy
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -7,7 +8,7 @@ from plants import CYLINDER, nominal_plant, short_motion
 from robot_folders import arm_xml, robot_folder
 
 from sim.effects import ModelErrors
-from sim.engine import Engine, Simulation
+from sim.engine import Engine, Simulation, acting, varies
 from sim.model_spec import full_spec, lean_spec
 from sim.plant import Plant, plant_model
 from sim.robot import read_robot
@@ -85,13 +86,18 @@ def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(rng):
             np.testing.assert_array_equal(batched[k, i], data.qpos)
 
 
+@pytest.mark.parametrize("errors", [ModelErrors(), ModelErrors(load_friction=0.3)])
 @pytest.mark.parametrize("current", [1e3, np.inf])
-def test_the_plant_takes_no_more_current_than_its_drives_give(current):
-    limit = nominal_plant().drives.current_limit
-    model = plant_model(nominal_plant(), loaded=True, step=1e-3)
-    engine = Engine(simulations([model] * 4, np.zeros((4, 6))), substeps=1, threads=1)
-    engine.current[:] = np.array([current * np.ones(6), limit, -current * np.ones(6), -limit])
-    engine.advance()
+def test_the_plant_takes_no_more_current_than_its_drives_give_nor_does_its_friction(current, errors):
+    plant = nominal_plant(errors=errors)
+    limit, model = plant.drives.current_limit, plant_model(plant, loaded=True, step=1e-3)
+    four = simulations([copy(model) for _ in range(4)], np.zeros((4, 6)))
+    if varies(errors):
+        four = [replace(each, varied=acting(plant, each.model, step=1e-3, earlier=0)) for each in four]
+    engine = Engine(four, substeps=1, threads=1)
+    for _ in range(5):
+        engine.current[:] = np.array([current * np.ones(6), limit, -current * np.ones(6), -limit])
+        engine.advance()
     np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])
     assert np.abs(engine.q).min() > 0.0
 

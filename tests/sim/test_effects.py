@@ -175,17 +175,6 @@ def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmis
     np.testing.assert_array_equal(bare.dof_frictionloss[6:10], nominal_plant().drives.coulomb_friction[:4])
 
 
-def test_friction_follows_from_the_current_that_the_drive_takes_of_what_it_is_given():
-    limit = nominal_plant().drives.current_limit
-    errors = ModelErrors(load_friction=0.3)
-    plants = [nominal_plant(errors=errors, current_limit=x * limit) for x in (1.0, 1.0, 0.6, 0.6)]
-    engine = Engine([simulation_of(plant, step=1e-3) for plant in plants], substeps=1, threads=1)
-    for _ in range(20):
-        engine.current[:] = np.outer([1.0, 2.0, -0.6, -5.0], limit)
-        engine.advance()
-    np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])
-
-
 STRONG = ModelErrors(
     wrist_coupling=1.0,
     gravity_spring=9e3,
@@ -334,27 +323,23 @@ def test_a_gain_at_a_current_is_torque_per_current_there_without_the_offset_and_
     np.testing.assert_allclose((torques[0] - torques[1]) / (2.0 * V), gain_at(errors, plant.drives, V), rtol=1e-12)
 
 
+SIZES = {
+    "load_friction": ("load_friction", "transmitted_friction", "gear_friction"),
+    "cogging": ("cogging", "torque_ripple"),
+    "gain_laws": ("torque_constant_falls", "torque_constant_bends", "gain_by_sign", "gain_drift"),
+    "friction_by_direction": ("coulomb_by_direction", "viscous_by_direction"),
+}
+
+
 def test_each_size_by_itself_switches_its_effect_on_and_a_shape_or_warmth_without_consequence_does_not():
-    for names, values in (
-        (["load_friction"], {"transmitted_friction": 0.1}),
-        (["load_friction"], {"load_friction": 0.1}),
-        (["cogging"], {"cogging": 0.01}),
-        (["cogging"], {"torque_ripple": 0.1}),
-        (["gain_laws"], {"torque_constant_falls": 0.05}),
-        (["gain_laws"], {"torque_constant_bends": -0.05}),
-        (["gain_laws"], {"gain_by_sign": -0.02}),
-        (["gain_laws"], {"gain_drift": -0.01}),
-        (["viscous_curve"], {"viscous_curve": 0.5}),
-        (["presliding"], {"presliding": 3e-4}),
-        (["dress_pack"], {"dress_pack": 0.02}),
-        (["temperature"], {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),
-        (["temperature"], {"motor_warming": 70.0, "coulomb_by_temperature": -1e-2}),
-        (["temperature"], {"motor_warming": 70.0, "viscous_by_temperature": 1e-2}),
-        ([], {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0}),
-        ([], {"motor_warming": 70.0}),
-        ([], {"gain_by_temperature": -1e-3}),
-    ):
-        assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == names
+    for effect in ("stribeck", "viscous_curve", "presliding", "dress_pack"):
+        SIZES[effect] = (effect,)
+    on = [(effect, {size: 0.003}) for effect, sizes in SIZES.items() for size in sizes]
+    by = ("gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature")
+    on += [("temperature", {"motor_warming": 70.0, name: -1e-3}) for name in by]
+    off = {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0}, {"motor_warming": 70.0}, {by[0]: -1e-3}
+    for name, values in (*on, *((None, each) for each in off)):
+        assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == [name][: bool(name)]
 
 
 BODY = PayloadBody(mass=5.3, com=(0.05, -0.03, 0.14), inertia=(0.0125, 0.0118, 0.009, 0.0006, -0.0004, 0.0003))

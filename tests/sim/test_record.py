@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
+from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
 from refusals import refused
 
 from ident.recordings.recording import Recording
@@ -73,14 +73,8 @@ def test_a_plant_that_cannot_be_built_is_the_outcome_of_its_own_experiment():
     assert same(outcomes[3], record([sound], streams(3), threads=1)[0])
 
 
-def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
-    options = replace(NOISY, clock_jitter=2.5e-4)
-    exact, jittered = (
-        record([experiment(sensors=s, trajectory=BRIEF)], streams(5), threads=1)[0] for s in (NOISY, options)
-    )
-    assert exact.q.tobytes() == jittered.q.tobytes()
-    assert exact.v.tobytes() == jittered.v.tobytes()
-    still = np.ones((100_000, 1))
+def test_clock_jitter_moves_time_stamps_by_its_deviation():
+    still, options = np.ones((100_000, 1)), replace(NOISY, clock_jitter=2.5e-4)
     stamps = logged(still, still, 1000.0, options, noise_streams(np.random.default_rng(0))).t
     error = stamps - np.arange(100_000) / 1000.0
     # The variance of 1e5 even deviates is known to 0.28 % (kurtosis 1.8), the deviation to half of it; four of them.
@@ -96,6 +90,7 @@ def test_encoder_is_the_first_and_current_the_second_child_of_an_experiment_s_ge
         record([experiment(sensors=each, trajectory=BRIEF)], streams(3), threads=1)[0]
         for each in (replace(SILENT, encoder_noise=1e-4), sensors)
     )
+    np.testing.assert_array_equal(noisy.q, clean.q)  # currents are logged with noise, and so are times
     encoder, current = np.random.default_rng(3).spawn(2)
     start = BRIEF(np.zeros(1))[0][0]
     np.testing.assert_array_equal(noisy.q[0], start + 1e-4 * encoder.standard_normal(6))
@@ -248,8 +243,6 @@ def test_absurd_numbers_and_bodies_are_refused():
         (partial(replace, CYLINDER), {"mass": 0.0}),
         (partial(replace, CYLINDER), {"com": (0.0, np.nan, 0.1)}),
         (partial(replace, CYLINDER), {"inertia": (1e9, 1e9, 1e9, 0.0, 0.0, 0.0)}),
-        (partial(replace, BELIEF), {"gain": (1e308,) * 6}),
-        (partial(replace, BELIEF), {"rotor_inertia": (-1.0,) * 6}),
     ):
         refused(PlantError, r"\A[^\n]{1,400}\Z", make, **changes)
     # More about z than about x and y together, which MuJoCo refuses.

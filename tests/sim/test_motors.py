@@ -83,16 +83,5 @@ def test_joints_have_neither_friction_nor_rotors_of_their_own(tmp_path):
     np.testing.assert_array_equal(model.tendon_damping, plant.drives.viscous_friction)
 
 
-def test_torques_of_effects_act_as_those_of_the_drives():
-    # A gain that drifts by a fifth is an effect; a gain larger by a fifth is one of the compiled model.
-    drifting, larger = (
-        replace(motion_of(WRIST, errors, gain=gain * RX90.drives.gain), earlier=1, belief=motion_of(WRIST).belief)
-        for errors, gain in ((ModelErrors(gain_drift=0.2), 1.0), (None, 1.2))
-    )
-    one, other = record([drifting, larger], streams(3, 3), threads=1)
-    np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-8)  # a loop damps rounding errors
-    np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-6 * np.abs(one.v).max())
-
-
 def test_elastic_joints_behind_such_motors_are_not_simulated():
     refused(PlantError, "joint_compliance", motion_of, WRIST, ModelErrors(joint_compliance=(1e-5,) * 6))

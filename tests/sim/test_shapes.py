@@ -154,15 +154,6 @@ def test_a_base_or_floor_drawn_below_the_arm_is_left_out_near_its_joint_alone(tm
     np.testing.assert_allclose([low, on_stand], expected, rtol=0, atol=1e-6)
 
 
-def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
-    plant = nominal_plant()
-    pose = np.array([[0.0, 1.88, 0.0, 0.0, 0.0, 0.0]])
-    box = Solid(cylinder=False, size=(0.03, 0.02, 0.2), center=np.array([0.0, 0.0, 0.285]), rotation=np.eye(3))
-    tip = 0.42 + (0.9 + 0.485) * np.cos(1.88) - 0.03 * np.sin(1.88)  # x of the flange points down when the arm bows
-    found = Clearance(plant, MARGIN, [box])(pose)[0]
-    np.testing.assert_allclose(found, tip, rtol=0, atol=1e-6)
-
-
 def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(tmp_path):
     near = '<geom type="sphere" size="{}" pos="0 0 {}"/>'
     plant = capsule_plant(tmp_path)

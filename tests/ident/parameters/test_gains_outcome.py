@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
 from refusals import refused
-from weighings import NAMES, PLAIN, estimated, known, weighed
+from weighings import NAMES, PLAIN, known
 
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.known_gains import stated_gains
 from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns
-from ident.parameters.arm import arm_in_use, predicted_torque
-from ident.parameters.weighing import UNKNOWN, gains_outcome, outcome_of_other_gains, with_unknown_weight
+from ident.parameters.arm import arm_in_use
+from ident.parameters.weighing import UNKNOWN, outcome_of_other_gains, with_unknown_weight
 from ident.payload.payload import Payload
 from ident.support.errors import GainsError, NotIdentifiable, PayloadError
 
@@ -32,19 +31,6 @@ def two_weights(structure, heavy) -> tuple[Problem, np.ndarray]:
         structure, [(chi, None, None), (chi, light, light), (chi, heavy, heavy)], GAIN, rng, options=TRUSTING
     )
     return problem, structure.base.regrouping @ chi
-
-
-def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
-    problem = weighed(structure, heavy, rng, noise=0.0)
-    shown = estimated(problem, heavy)
-    right, off = (gains_outcome(problem, heavy, known(value), PLAIN, shown) for value in (GAIN, K * GAIN))
-    for factor, outcome in ((1.0, right), (K, off)):
-        np.testing.assert_allclose(outcome.weighed.together.mass, factor * heavy.mass, rtol=CLOSE)
-        for each in outcome.weighed.joints:
-            np.testing.assert_allclose(each.mass, factor * heavy.mass, rtol=CLOSE)
-        centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
-        np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
-    np.testing.assert_allclose(off.arm.in_si()[0], K * right.arm.in_si()[0], rtol=CLOSE, atol=CLOSE)
 
 
 def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviation(structure, rng):
@@ -67,20 +53,14 @@ def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviatio
         np.testing.assert_allclose([base[at], np.sqrt(C[at, at])], [each.value, each.std], rtol=1e-3)
 
 
-def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, structure, heavy):
-    problem, base = two_weights
-    for motion in (problem.motions[2], problem.motions[0]):
-        system = Columns.of([motion])
-        tau = predicted_torque(system, base, heavy)
-        # Exact rows: V = (W chi + W_L chi_L) / g.
-        np.testing.assert_allclose(tau, GAIN[system.joint] * system.V, atol=1e-9 * np.abs(tau).max())
-
-
 def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weights, heavy):
     problem, expected = two_weights
     outcome = outcome_of_other_gains(problem, known(K * GAIN), PLAIN, all_joints_gains(problem, PLAIN))
     assert outcome.weighed.payload == heavy
-    np.testing.assert_allclose(outcome.weighed.together.mass, K * heavy.mass, rtol=CLOSE)
+    for each in (outcome.weighed.together, *outcome.weighed.joints):
+        np.testing.assert_allclose(each.mass, K * heavy.mass, rtol=CLOSE)
+    centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
+    np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
     base = outcome.arm.in_si()[0]  # friction included
     np.testing.assert_allclose(base, K * expected, atol=CLOSE * np.abs(base).max())
     asked = with_unknown_weight(problem, [problem.motions[1]])

@@ -60,17 +60,6 @@ def test_a_mass_that_is_not_sure_says_nothing(weighed_problem, heavy):
     assert "standard deviation is 1320 %" in str(nothing.reason)
 
 
-def test_joints_agree_with_a_mass_that_is_found_unless_a_gain_is_off(structure, heavy, rng):
-    noisy, rel_std = weighed(structure, heavy, rng, noise=0.005), np.full(6, 0.003)
-    for factor in (1.0, 1.3):
-        gains = known(GAIN * np.array([1.0, factor, 1.0, 1.0, 1.0, 1.0]), rel_std)
-        found = payload_of(noisy, gains, PLAIN)
-        stated = as_stated(found.body)
-        joints = verified(found, stated, gains, estimated(noisy, stated)).joints
-        assert (DIFFERS in [each.verdict for each in joints]) == (factor > 1.0)
-        assert sum(each.mass is not None for each in joints) > 2
-
-
 def centre(x: Sequence[float], std: Sequence[float]) -> list[Quantity]:
     each = zip("xyz", x, std, strict=True)
     return [Quantity(name=k, unit="m", value=v, residual_std=s, gain_std=0.0, model_std=0.0) for k, v, s in each]

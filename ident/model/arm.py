@@ -109,8 +109,7 @@ def with_transmission(arm: Arm, A: Array) -> Arm:
     if fault := transmission_fault(A, arm.n, coupled=bool(arm.couplings)):
         raise RobotModelError(f"transmission: {fault}")
     turns = np.asarray(arm.revolute, np.bool_)
-    mixed = np.flatnonzero((A[:, turns] != 0.0).any(axis=1) & (A[:, ~turns] != 0.0).any(axis=1))
-    if len(mixed) or (np.asarray(A[:, turns] != 0.0).any(axis=1) != turns).any():
+    if A[turns[:, None] != turns].any():
         raise RobotModelError("transmission: row i must be of joints of the kind of joint i, revolute or prismatic")
     with np.errstate(invalid="ignore"):  # 0 times a limit that is not stated
         ends = np.nan_to_num(A * np.stack((arm.lower, arm.upper))[:, None], nan=0.0, posinf=np.inf, neginf=-np.inf)

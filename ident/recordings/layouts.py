@@ -1,13 +1,6 @@
 """The meaning of a log's columns: from its description, completed by its layout, which is recognised by its columns.
 
-own             `t`, `q1` .. `qn`, `v1` .. `vn` in seconds, radians or metres, and drive units
-ur-rtde         Universal Robots' real-time data exchange, as its clients write it: `timestamp`, `actual_q_0`, ..;
-                currents are those that were measured, `actual_current_0`, ..
-ur-rtde-target  the same with commanded currents, selected by name or if measured ones are missing
-joint-states    `sensor_msgs/JointState`: `stamp`, and `NAME.position`, `NAME.effort` of each joint, taken by name, as
-                joints may be in any order in a message
-lerobot         a dataset of LeRobot: `timestamp`, a position and a current of each joint by the names of features, in
-                the order of the dataset or of the declared joints
+Layouts are those of `description.FIXED`, and those of formats that name joints, which may be in any order there.
 """
 
 import re

@@ -32,34 +32,19 @@ class Build:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ControlStep:
-    """The start of a control period of B simulations with n joints and c coupled motors.
+    """The start of a control period of B simulations with n joints and c coupled motors."""
 
-    Attributes:
-        period: Control period [s].
-        q: Positions of the driven joints [rad], shape (B, n).
-        dq: Their speeds [rad/s], shape (B, n).
-        v: Currents that are held over the period [drive units], shape (B, n).
-        speed: Speeds at which friction acts [rad/s], shape (B, n + c).
-        friction: Dry friction over the period [N m], shape (B, n + c); at first constant, changed in place.
-        damping: Viscous friction over the period [N m s/rad], shape (B, n + c); at first constant, changed in place.
-        torque: Additional torque on the driven joints [N m], shape (B, n); at first zero, changed in place.
-        turns: Matrix from joint speeds to the speeds at which friction acts, shape (B, n + c, n).
-        transmitted: Torque transmitted from drives to links [N m], shape (B, n); of the preceding period, zero in the
-            first.
-        warmth: Temperature rise of the drives [K], shape (B, n); changed in place and kept between periods.
-    """
-
-    period: float
-    q: Array
-    dq: Array
-    v: Array
-    speed: Array
-    friction: Array
-    damping: Array
-    torque: Array
-    turns: Array
-    transmitted: Array
-    warmth: Array
+    period: float  # control period [s]
+    q: Array  # positions of the driven joints [rad], shape (B, n)
+    dq: Array  # their speeds [rad/s], shape (B, n)
+    v: Array  # currents, held over the period [drive units], shape (B, n)
+    speed: Array  # speeds at which friction acts [rad/s], shape (B, n + c)
+    friction: Array  # dry friction [N m], (B, n + c); at first constant, changed in place
+    damping: Array  # viscous friction [N m s/rad], (B, n + c); at first constant, changed in place
+    torque: Array  # additional torque on the driven joints [N m], (B, n); at first zero, changed in place
+    turns: Array  # matrix from joint speeds to those, shape (B, n + c, n)
+    transmitted: Array  # torque from drives to links in the period before [N m], (B, n); at first zero
+    warmth: Array  # temperature rise of the drives [K], (B, n); changed in place, kept between periods
 
 
 Term = Callable[[ControlStep], None]

@@ -60,9 +60,7 @@ class Log:
 
 
 def read(
-    path: str | Path | DataFrame,
-    payload: str | Path | Payload | None = None,
-    description: LogDescription | None = None,
+    path: str | Path | DataFrame, payload: str | Path | Payload | None = None, description: LogDescription | None = None
 ) -> Motion:
     """Read a motion for `identify`, which makes unambiguous repairs and refuses faults.
 

@@ -92,8 +92,7 @@ def readable(what: str, *more: type[Exception]) -> Generator[None]:
 
 
 def table_of(
-    widths: Mapping[str, int | None],
-    read: Callable[[Sequence[str], Set[str]], Mapping[str, np.ndarray]],
+    widths: Mapping[str, int | None], read: Callable[[Sequence[str], Set[str]], Mapping[str, np.ndarray]]
 ) -> Table:
     """Return a table of fields of shape (N,), whose width is None, or (N, width).
 

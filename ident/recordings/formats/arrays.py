@@ -157,9 +157,7 @@ def open_parquet(path: Path, _: LogDescription) -> Table:
 
 
 def arrow_table(
-    schema: "pa.Schema",
-    first: "pa.RecordBatch | pa.Table | None",
-    read: "Callable[[Sequence[str]], pa.Table]",
+    schema: "pa.Schema", first: "pa.RecordBatch | pa.Table | None", read: "Callable[[Sequence[str]], pa.Table]"
 ) -> Table:
     """Return the table of columns of Arrow; the first row has the widths of columns of arrays."""
     import pyarrow as pa

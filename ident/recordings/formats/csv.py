@@ -26,12 +26,7 @@ LARGEST = 500_000_000
 """Largest size of a text [bytes]: two million samples of six joints with all digits."""
 NO_ROW = "expected a header line and at least one row"
 SEPARATORS = (",", ";", "\t", "|", " ")
-MARKS = {
-    b"\xff\xfe\x00\x00": "utf-32",
-    b"\xff\xfe": "utf-16",
-    b"\xfe\xff": "utf-16",
-    b"\xef\xbb\xbf": "utf-8",
-}
+MARKS = {b"\xff\xfe\x00\x00": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8"}
 """Byte order marks; spreadsheets write them."""
 BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat"}
 """First bytes of formats that are known by the ending of the name."""

@@ -42,12 +42,7 @@ def message(sample: Sample) -> bytes:
 
 
 def write_bag(
-    folder: Path,
-    samples: Iterable[Sample],
-    *,
-    storage: str = "mcap",
-    compressed: str = "",
-    others: Sequence[str] = (),
+    folder: Path, samples: Iterable[Sample], *, storage: str = "mcap", compressed: str = "", others: Sequence[str] = ()
 ) -> Path:
     """Write a bag; SQLite waits for the disk."""
     writer = Writer(folder, version=9, storage_plugin=PLUGINS[storage])

@@ -122,10 +122,7 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text.replace('origin = "assumed"', 'orign = "assumed"', 1), r"unknown key home\.orign; did you mean 'origin'"),
         (text.replace('source = "invented"', 'source = ""', 1), r"home\.source"),
         (text.replace('"assumed"', '["assumed", "measured"]', 1), "2 origins for 3 values"),
-        (
-            text.replace("value = [3.0, 3.3, ", "value = [3.3, "),
-            r"max_velocity \[3\.3, 3\.6\]: expected 3 fin",
-        ),
+        (text.replace("value = [3.0, 3.3, ", "value = [3.3, "), r"max_velocity \[3\.3, 3\.6\]: expected 3 fin"),
         (text.replace("value = [0.8, ", "value = [0.0, "), "gain .* has a zero"),
         (text.replace("value = [3.1, ", "value = [-3.1, "), "has a negative value"),
         (text.replace("arm.xml", "leg.xml"), "model = 'leg.xml': there is no file"),

@@ -43,22 +43,25 @@ def test_what_drives_measures_or_brakes_the_arm_in_a_file_is_no_part_of_a_plant(
     np.testing.assert_array_equal(torques(written(tmp_path, "arm.xml", text)), plain)
 
 
-@pytest.mark.parametrize("flange", ["wrist_link", "hand"])
-def test_a_hand_behind_the_flange_is_held_and_weighs_what_it_weighs(tmp_path, plain, flange):
-    path = written(tmp_path, "arm.xml", menagerie(hand=HAND, tail=FINGERS))
+ARM = menagerie(hand=HAND, tail=FINGERS)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "flange", "more"),
+    [
+        ("arm.xml", ARM, "wrist_link", 0.7 + 2 * 0.02),
+        ("arm.xml", ARM, "hand", 0.7 + 2 * 0.02),
+        ("arm.urdf", ros(kinds=("revolute",) * 3, more=GRIPPER), "tool0", 0.2),
+    ],
+)
+def test_what_is_behind_or_beside_the_flange_is_held_and_weighs_what_it_weighs(
+    tmp_path, plain, name, text, flange, more
+):
+    path = written(tmp_path, name, text)
     model = bare_arm(path, ROTORS, flange)
     assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "wrist"]
-    expected = 6.0 + 4.0 + 2.0 + 0.7 + 2 * 0.02
-    np.testing.assert_allclose(model.body_mass.sum(), expected, rtol=1e-12)  # rounding of a sum
+    np.testing.assert_allclose(model.body_mass.sum(), 6.0 + 4.0 + 2.0 + more, rtol=1e-12)  # rounding of a sum
     assert np.abs(torques(path, flange) - plain).max() > 0.1
-
-
-def test_joints_of_a_urdf_that_do_not_lead_to_the_flange_are_held(tmp_path):
-    kinds = ("revolute",) * 3
-    path = written(tmp_path, "arm.urdf", ros(kinds=kinds, more=GRIPPER))
-    model = bare_arm(path, ROTORS, "tool0")
-    assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "wrist"]
-    np.testing.assert_allclose(model.body_mass.sum(), 12.0 + 0.2, rtol=1e-12)
 
 
 def test_a_urdf_is_compiled_without_the_meshes_that_it_names(tmp_path):

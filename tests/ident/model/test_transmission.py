@@ -103,7 +103,9 @@ def test_gains_of_motors_that_several_joints_turn_are_found(A):
 @pytest.mark.parametrize(
     ("place", "turns", "said", "row"),
     [
-        (1, ((1, 0), (1, 1)), "motor 3 turns by joint 2 plus joint 3", "[0, 1, 1, 0, 0, 0]"),
+        pytest.param(
+            1, ((1, 0), (1, 1)), "motor 3 turns by joint 2 plus joint 3", "[0, 1, 1, 0, 0, 0]", marks=pytest.mark.slow
+        ),
         (3, ((1, 0), (-1, 1)), "motor 5 turns by joint 5 minus joint 4", "[0, 0, 0, -1, 1, 0]"),
         pytest.param(
             4, ((1, 1), (1, -1)), "motor 5 turns by joint 5 plus joint 6 and motor 6 turns by joint 5 minus",

@@ -14,7 +14,7 @@ motion (`sim.controller`) and called reference.
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -95,11 +95,11 @@ def each_record(
         }
         for share in (0.5, 1.0):  # the midpoint rule
             silent = noise_streams(np.random.default_rng(0))
-            motions = {i: _Start(warming_motion(experiments[i]), silent, warmth) for i, warmth in warm.items()}
+            motions = {i: (warming_motion(experiments[i]), silent, warmth) for i, warmth in warm.items()}
             for i, log in _outcomes(motions, models, threads, no_progress):
                 warm[i] = log if isinstance(log, SimulationError) else after_warm_up(experiments[i], log.v, share)
         starts = {
-            i: _Start(experiments[i], streams[i], warm[i] if i in warm else warmth_before(experiments, i, ended))
+            i: (experiments[i], streams[i], warm[i] if i in warm else warmth_before(experiments, i, ended))
             for i in wave
         }
         for i, log in _outcomes(starts, models, threads, advanced):
@@ -116,16 +116,11 @@ def each_record(
 _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
 
 
-class _Start(NamedTuple):
-    """An experiment, and the temperature rise of its drives, None for cold ones, or why there is none."""
-
-    experiment: Experiment
-    noise: NoiseStreams
-    warmth: Array | SimulationError | None
+_Start = tuple[Experiment, NoiseStreams, Array | SimulationError | None]
+"""An experiment, its noise, and the temperature rise of its drives, None for cold ones, or why there is none."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Run:
+class _Run(NamedTuple):
     """An experiment ready to run."""
 
     experiment: Experiment

@@ -34,7 +34,6 @@ WEAK, WEAK_ALONE = 0.1, 0.25
 """Relative standard deviations of the mass, from all joints and from one, above which it is inconclusive."""
 LEAST = 2
 """Least number of joints with a common error."""
-STDS = ("std", "residual_std", "gain_std", "model_std")
 AGREES, DIFFERS, SAYS_NOTHING = "agrees", "differs", "says nothing"
 UNKNOWN, ANY_MASS = (Payload(mass=1.0, known=known) for known in ("none", "mass"))
 """An unknown payload, whose mass is not used, and one of which any mass gives the same ratios of gains."""
@@ -98,9 +97,10 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains, estimate:
         if verdict == AGREES and joint is None and std > WEAK:
             verdict = SAYS_NOTHING
             reason = f"its standard deviation is {100.0 * std:.0f} %, above {100.0 * WEAK:g} %"
-        shares: dict[str, float] = {each: getattr(mass, each) for each in STDS}
-        of = Weighed(joint=joint, mass=mass.value, verdict=verdict, reason=reason)
-        return replace(of, rel_error=error, rel_std=std, **shares)
+        return Weighed(
+            joint=joint, mass=mass.value, rel_error=error, rel_std=std, verdict=verdict, reason=reason,
+            std=mass.std, residual_std=mass.residual_std, gain_std=mass.gain_std, model_std=mass.model_std,
+        )  # fmt: skip
 
     return Verification(
         payload=payload,

@@ -1,18 +1,15 @@
 """Checks for implausible logs: clocks in other units, jumps of positions, spikes of currents.
 
-A few spikes can dominate a least-squares estimate or increase the residual without a hint at the cause. Each check
-compares samples with others of the same channel, so it needs no unit, and its limits exceed those of any motion, so it
-raises no false alarms:
+A few spikes can dominate a least-squares estimate without a hint at the cause. Each check compares samples with others
+of the same channel, so it needs no unit, and its limits exceed those of any motion, so it raises no false alarms:
 
     step of q    faster than `FASTEST`, and `UNUSUAL` times what 99 % of the channel's steps stay below
     v            `UNUSUAL` times as far from the median as 99 % of the samples, for at most `BURST` samples
-
     many spikes  `UNUSUAL` times as far from the median of `NEAR` samples to either side as half the samples are, and
                  by half of the channel's own range, or what a joint would do at `FASTEST`
 
-For Gaussian noise, the limits are 50 standard deviations in the second check and 13 in the third. The third detects
-spikes in more than `MANY` of the samples, which affect the quantiles of the other checks; smaller spikes are not
-detected. A change of a coarsely quantised channel by one quantum is not a spike.
+For Gaussian noise, the limits are 50 standard deviations in the second check and 13 in the third, for spikes in more
+than `MANY` of the samples, which affect the quantiles of the others. A change by one quantum is not a spike.
 
 After a missing sample, all stamps are later by a period. After a late stamp due to jitter, the following ones are on
 time: jitter shortens intervals as much as it lengthens others. Samples are therefore missing in a long interval if it

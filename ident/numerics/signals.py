@@ -80,6 +80,8 @@ def delayed(x: Array, periods: float) -> Array:
 
 def group_means(x: Array, group: int) -> Array:
     """Return means of consecutive groups of samples, without a last incomplete group, shape (N // group, ...)."""
+    if group == 1:
+        return x
     whole = len(x) // group * group
     total = x[:whole:group].copy()
     for k in range(1, group):  # np.mean is slow over so short an axis

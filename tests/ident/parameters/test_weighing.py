@@ -28,6 +28,9 @@ def test_the_scale_tells_which_gain_is_off(structure, heavy, rng):
     assert right.passed
     assert right.together.verdict == AGREES
     assert all(each.mass is not None for each in right.joints)
+    mass, found = right.body.of("mass"), right.together
+    assert (found.residual_std, found.gain_std) == (mass.residual_std, mass.gain_std)
+    assert (found.std, found.model_std) == (mass.std, mass.model_std)
     np.testing.assert_allclose(2.0 * norm.sf(right.limit), 0.05 / 7, rtol=1e-9)  # seven masses, wrong once in twenty
     wrong = known(GAIN * np.array([1.0, 1.0, 1.0, 1.0, 1.08, 1.0]), rel_std)
     off = verified(payload_of(noisy, wrong, PLAIN), heavy, wrong, shown)

@@ -188,14 +188,15 @@ class Clearance:
                 out[k] = min(self._margin, contact.dist.min())
         return out
 
-    def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, str], ...]:
+    def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, ...], ...]:
         """Return pairs of bodies within one of these sets that are too near at all of some random positions."""
         model, data = self._model, mujoco.MjData(self._model)
         lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-np.pi, np.pi)).T
-        found: set[tuple[str, str]] | None = None
+        found: set[tuple[str, ...]] | None = None
         for q in np.random.default_rng(0).uniform(lower, upper, (100, model.njnt)):
             contact = self._contacts(q, data)
-            near = self._pairs(contact.geom[contact.dist < CLEARANCE])
+            bodies = model.geom_bodyid[contact.geom[contact.dist < CLEARANCE]].tolist()
+            near = {tuple(sorted((model.body(one).name, model.body(other).name))) for one, other in bodies}
             found = near if found is None else found & near
             if not found:
                 break
@@ -207,12 +208,6 @@ class Clearance:
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_collision(self._model, data)
         return data.contact
-
-    def _pairs(self, geoms: Array) -> set[tuple[str, str]]:
-        """Names of the bodies of pairs of shapes (k, 2), each pair in alphabetical order."""
-        bodies = self._model.geom_bodyid[geoms]
-        names = [sorted(self._model.body(int(body)).name for body in pair) for pair in bodies]
-        return {(one, other) for one, other in names}
 
 
 def _set_planes_apart(spec: mujoco.MjSpec) -> None:

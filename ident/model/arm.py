@@ -6,7 +6,7 @@ file to them. Pinocchio's reader checks a URDF; what it ignores is checked here.
 
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -279,10 +279,6 @@ def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
 
 def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
     """Reduce a URDF, to the chain to a flange if named; changes `root`. Messages of `RobotModelError` name the line."""
-    if root.tag != "robot":
-        raise RobotModelError(
-            f"{where(root)}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"
-        )
     if flange is not None:
         urdf_to_flange(root, flange)
     links, joints = root.findall("link"), root.findall("joint")
@@ -369,12 +365,9 @@ def _joint(joint: ET.Element) -> ET.Element:
     return found
 
 
-MODEL_FILES: dict[str, Callable[[ET.Element, Path, str | None], MinimalModel]] = {
-    ".urdf": minimal_urdf,
-    ".xml": minimal_mjcf,
-    ".mjcf": minimal_mjcf,
-}
-"""Readers by the ending of a file's name."""
+MODEL_FILES = {".urdf": "robot", ".xml": "mujoco", ".mjcf": "mujoco"}
+"""Root elements by the ending of a file's name."""
+OTHERS = {"robot": "MJCF files end in .xml or .mjcf", "mujoco": "URDF files end in .urdf"}
 
 
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
@@ -389,7 +382,9 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
         left = next((value for value in element.attrib.values() if "${" in value), None)
         if left is not None or element.tag.startswith("xacro:"):
             raise RobotModelError(f"{title(element)}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
-    return MODEL_FILES[path.suffix.lower()](root, path, flange)
+    if root.tag != (wanted := MODEL_FILES[path.suffix.lower()]):
+        raise RobotModelError(f"{where(root)}: the root element is {root.tag}, expected {wanted}; {OTHERS[wanted]}")
+    return minimal_urdf(root, path, flange) if wanted == "robot" else minimal_mjcf(root, path, flange)
 
 
 def check_ending(path: Path) -> None:

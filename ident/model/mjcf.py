@@ -68,10 +68,6 @@ class MinimalModel:
 
 def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
     """Reduce an MJCF file, to the chain to a flange if named; changes `root`. `RobotModelError` names the line."""
-    if root.tag != "mujoco":
-        raise RobotModelError(
-            f"{where(root)}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf"
-        )
     _expand(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
     compiler = {key: value for section in root.findall("compiler") for key, value in section.attrib.items()}
     for key, (default, pattern, expected) in COMPILER.items():

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from ident.observation.observation import DEFAULTS, Observation, ObserveOptions,
 from ident.payload.payload import Payload
 from ident.recordings.checks import check_log
 from ident.recordings.recording import Motion, Recording, motions_of
-from ident.support.arrays import Mask
+from ident.support.arrays import Mask, once_per_object
 from ident.support.errors import Contradiction, OptionError, RecordingError
 
 GAIN_DEFAULTS = GainOptions()
@@ -105,14 +104,11 @@ class Prepared:
         observed = (each if each.payload is None else replace(each, payload=payload) for each in self.problem.motions)
         return replace(self, motions=motions, problem=replace(self.problem, motions=tuple(observed)))
 
-    @cached_property
-    def _logs(self) -> Logs:  # asked for a common delay, and for all faults
-        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
-        return observed_logs(recordings, self.problem, self.observing, spoilt)
-
+    @once_per_object
     def logs(self) -> Logs:
         """Return the logs for comparisons of hypotheses."""
-        return self._logs
+        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
+        return observed_logs(recordings, self.problem, self.observing, spoilt)
 
 
 def prepare(

@@ -371,11 +371,7 @@ OTHERS = {"robot": "MJCF files end in .xml or .mjcf", "mujoco": "URDF files end 
 
 
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce a robot model to its kinematics.
-
-    Joints that do not lead to the `flange`, the arm's last body, are locked; None where all joints are the arm's.
-    Raises `RobotModelError` if the file is missing, of an unknown kind, unreadable, or not valid.
-    """
+    """Reduce a model file to its kinematics, other joints than those to a flange locked; raises `RobotModelError`."""
     check_ending(path)
     root = read_xml(path)
     for element in root.iter():

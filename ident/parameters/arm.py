@@ -71,11 +71,7 @@ def shared_shares(selected: Selected, gains: KnownGains | None, k: Indices) -> S
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainRatios:
-    """Gains relative to that of one joint.
-
-    Raises:
-        NotIdentifiable: If a ratio is implausible: a gain diverged while its other parameters compensated.
-    """
+    """Gains relative to that of one joint; raises `NotIdentifiable` for an implausible ratio, of a diverged gain."""
 
     reference: int  # the reference joint, from 0, with the most accurate ratios
     value: Array  # g_j / g_reference, shape (n,)

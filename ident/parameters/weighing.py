@@ -57,16 +57,13 @@ class Weighed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """A weighed payload, its mass from all joints and from each alone, and the estimated body.
-
-    `limit` is the number of standard deviations above which a mass differs, for a total false-alarm rate of `LEVEL`.
-    """
+    """A weighed payload, its mass from all joints and from each alone, and the estimated body."""
 
     payload: Payload
     together: Weighed
     joints: tuple[Weighed, ...]
     body: FoundBody
-    limit: float
+    limit: float  # standard deviations above which a mass differs, for a total false-alarm rate of `LEVEL`
     remarks: tuple[str, ...]
 
     @property

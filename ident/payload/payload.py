@@ -164,11 +164,7 @@ def read_payload(path: str | Path) -> Payload:
 
 @placed("payload")
 def payload_from_table(table: Mapping[str, object]) -> Payload:
-    """Build a payload from a parsed TOML table.
-
-    Omitted products of inertia (and their standard deviations) are 0. Raises `PayloadError` if a key is unknown or
-    missing, or a type wrong, or as `Payload`.
-    """
+    """Build a payload from a parsed TOML table, in which products of inertia may be omitted; raises `PayloadError`."""
     values = strict_table(table, KEYS, PayloadError)
     if "mass" not in values:
         raise PayloadError("mass is missing; without it gains and payload are known up to a common factor only")

@@ -18,14 +18,13 @@ from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest
 from scenarios.experiments.scenario import Value, setup_of, value_at, with_settings
+from scenarios.experiments.scenario_files import SEEDS
 from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable, SourceTable
 from scenarios.support.errors import ScenarioError, WrongValue
 from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
 """Quantiles at which a distribution is tested before it is used."""
-STREAM_SEEDS = 2**31
-"""Upper bound of the seeds of noises, exclusive."""
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
@@ -88,10 +87,7 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
 
 
 def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, Value]:
-    """Return the values of a draw's targets from its numbers; `add` and `multiply` start from the table's values.
-
-    There is one number per number of all targets, in order.
-    """
+    """Return the values of a draw's targets from a number for each of theirs, in order."""
     settings, used = dict[str, Value](), 0
     for place, value in _bases(draw, table).items():
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
@@ -105,53 +101,46 @@ def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, 
 def spread_of(draw: DrawTable, table: ScenarioTable) -> tuple[Array, Array]:
     """Return mean and standard deviation of each number of a draw, not finite if it has none."""
     middle = _quantiles(draw, np.full(numbers_needed(draw, table), 0.5), table)  # raises if a draw is not possible
-    distribution, parameters = _distribution(draw.distribution or ""), _parameters(draw, table)
+    distribution, parameters = _distribution(draw, table)
     with np.errstate(all="ignore"):
         mean, std = distribution.mean(**parameters), distribution.std(**parameters)
     return np.broadcast_to(mean, middle.shape), np.broadcast_to(std, middle.shape)
 
 
-def _parameters(draw: DrawTable, table: ScenarioTable) -> dict[str, Array]:
-    """Return the parameters of all numbers of a draw; an array has a value per number of a target, or of all."""
-    sizes = [np.size(base) for base in _bases(draw, table).values()]
-    found = dict[str, Array]()
-    for name, value in draw.parameters.items():
-        array = np.asarray(value, dtype=np.float64)
-        if array.ndim and len(array) != sum(sizes):
-            if {len(array)} != set(sizes):
-                raise WrongValue(
-                    f"{draw.distribution} with {name} = {value}: expected numbers, or arrays of {sizes[0]}"
-                )
-            array = np.tile(array, len(sizes))
-        found[name] = array
-    return found
-
-
 def _quantiles(draw: DrawTable, uniform: Array, table: ScenarioTable) -> Array:
     """Return the quantiles of a draw's distribution at uniform numbers, for each number of its targets."""
-    name = draw.distribution or ""
-    distribution = _distribution(name)
-    shapes = [shape.strip() for shape in (distribution.shapes or "").split(",") if shape.strip()]
-    takes = [*shapes, "loc", "scale"]
-    for parameter in draw.parameters:
-        if parameter not in takes:
-            raise WrongValue(
-                f"{name} takes no parameter {parameter!r}{nearest(parameter, takes)}; it takes {', '.join(takes)}"
-            )
-    missing = [shape for shape in shapes if shape not in draw.parameters]
-    if missing:
-        raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
-    parameters, total = _parameters(draw, table), sum(map(np.size, _bases(draw, table).values()))
+    distribution, parameters = _distribution(draw, table)
+    total = sum(map(np.size, _bases(draw, table).values()))
     with np.errstate(all="ignore"):
         numbers = np.asarray(distribution.ppf(np.broadcast_to(uniform, total), **parameters), dtype=np.float64)
     if not np.isfinite(numbers).all():
         stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
-        raise WrongValue(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
+        raise WrongValue(f"{draw.distribution} with {stated} gives no finite numbers; is its scale above 0?")
     return numbers
 
 
+def _distribution(draw: DrawTable, table: ScenarioTable) -> "tuple[scipy.stats.rv_continuous, dict[str, Array]]":
+    """Return the distribution of a draw and its parameters: arrays have a value per number of a target, or of all."""
+    name, parameters = draw.distribution or "", dict[str, Array]()
+    distribution, sizes = _named(name), [np.size(base) for base in _bases(draw, table).values()]
+    shapes = [shape.strip() for shape in (distribution.shapes or "").split(",") if shape.strip()]
+    takes = [*shapes, "loc", "scale"]
+    for key, value in draw.parameters.items():
+        if key not in takes:
+            raise WrongValue(f"{name} takes no parameter {key!r}{nearest(key, takes)}; it takes {', '.join(takes)}")
+        array = np.asarray(value, dtype=np.float64)
+        if array.ndim and len(array) != sum(sizes):
+            if {len(array)} != set(sizes):
+                raise WrongValue(f"{name} with {key} = {value}: expected numbers, or arrays of {sizes[0]}")
+            array = np.tile(array, len(sizes))
+        parameters[key] = array
+    if missing := [shape for shape in shapes if shape not in parameters]:
+        raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
+    return distribution, parameters
+
+
 @lru_cache(maxsize=64)
-def _distribution(name: str) -> "scipy.stats.rv_continuous":
+def _named(name: str) -> "scipy.stats.rv_continuous":
     """Return a distribution of scipy.stats with its own quantile function; a numerical search may not end."""
     family = scipy.stats.rv_continuous
     known = [key for key, value in vars(scipy.stats).items() if isinstance(value, family)]
@@ -182,18 +171,19 @@ class Sources:
 
 
 def sources_of(scenario: Scenario) -> Sources:
-    """The sources of a scenario; raises `ScenarioError` if it declares none, or the target of one does not exist."""
-    table = scenario.table
+    """The sources of a scenario; `ScenarioError` if there are none, one has no such target, or no gain is required."""
+    table, name = scenario.table, scenario.name
     if not table.sources:
-        said = "declares no error sources; add [sources.NAME] tables, as nominal.toml has"
-        raise ScenarioError(f"{scenario.name}: {said}")
+        raise ScenarioError(f"{name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
+    if not any(table.tolerance.identifiable):
+        raise ScenarioError(f"{name}: tolerance.identifiable lists no joint, so there is no error to attribute")
     columns, used, off = dict[str, slice](), 0, dict[str, Value]()
-    for name, source in table.sources.items():
+    for key, source in table.sources.items():
         try:
-            columns[name] = slice(used, used := used + (1 if source.stream else numbers_needed(source, table)))
+            columns[key] = slice(used, used := used + (1 if source.stream else numbers_needed(source, table)))
             off |= _settings(source, source.off, table)
         except ScenarioError as error:
-            raise WrongValue(f"{scenario.name}: sources.{name}: {error}") from error
+            raise WrongValue(f"{name}: sources.{key}: {error}") from error
     return Sources(scenario=scenario, columns=columns, off=off)
 
 
@@ -212,7 +202,7 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
         if source.stream is None:
             settings |= settings_from(source, uniform, table)
         else:
-            seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
+            seeds[source.stream] = int(uniform[0] * SEEDS)
             settings |= _settings(source, source.size, table)
     return Switched(settings, seeds)
 

@@ -81,22 +81,16 @@ MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostVerdict:
-    """Results with assumed and with identified gains (`found`, None if there are none), compared with the true values.
-
-    Attributes:
-        true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
-        torque_assumed, torque_found: Norm of the error of the torque predicted on another motion over norm of the true
-            drive torque, by joint from 0, with either gains; joints without a gain are omitted.
-        tolerance: Largest relative error of the mass that passes, with the identified gains.
-    """
+    """Results with assumed and with identified gains (`found`, None if there are none), and the true values."""
 
     assumed: GainsOutcome
     found: GainsOutcome | None
-    true: Mapping[str, float]
+    true: Mapping[str, float]  # mass, centre and inertia of the payload by name, in `UNITS`
     arm: tuple[ArmError, ...]
+    # Error of the torque predicted on another motion relative to the true one, norms, by joint from 0 that has a gain:
     torque_assumed: Mapping[int, float]
     torque_found: Mapping[int, float]
-    tolerance: float
+    tolerance: float  # largest relative error of the mass that passes, with the identified gains
 
     @property
     def passed(self) -> bool:
@@ -137,10 +131,7 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
 
 
 def arm_errors(assumed: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[ArmError, ...]:
-    """Return the errors of the arm's first moments and of its other inertial parameters.
-
-    `true` has the base parameters of the arm, without friction, by name.
-    """
+    """Return the errors of the arm's first moments and other inertias; `true` has its base parameters by name."""
 
     def errors(name: str, outcome: GainsOutcome | None, moments: bool) -> dict[str, float | None]:
         if outcome is None:
@@ -150,19 +141,17 @@ def arm_errors(assumed: GainsOutcome, found: GainsOutcome | None, true: Mapping[
         off = np.linalg.norm([(each.value - true[each.name], each.std) for each in own], axis=0) / size
         return {name: float(off[0]), f"{name}_std": float(off[1])}
 
-    return tuple(
-        ArmError.model_validate(
-            {"quantity": kind, **errors("assumed", assumed, moments), **errors("found", found, moments)}
-        )
+    rows = (
+        {"quantity": kind, **errors("assumed", assumed, moments), **errors("found", found, moments)}
         for kind, moments in ((MOMENTS, True), (INERTIAS, False))
     )
+    return tuple(map(ArmError.model_validate, rows))
 
 
 def _torque_errors(outcome: GainsOutcome, true_gain: Array, other: ObservedMotion) -> dict[int, float]:
     """Return the error of the torque predicted on another motion, with a payload, by joints that have a gain."""
     assert other.payload is not None, "of a loaded motion"
     system = Columns.of([other])
-    predicted = predicted_torque(system, outcome.arm.in_si()[0], other.payload)
     true = true_gain[system.joint] * system.V
-    errors = rel_errors(predicted - true, true, system.joint)
+    errors = rel_errors(predicted_torque(system, outcome.arm.in_si()[0], other.payload) - true, true, system.joint)
     return {j: errors[j] for j in outcome.gains.joints.tolist()}

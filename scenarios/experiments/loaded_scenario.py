@@ -43,9 +43,7 @@ class LoadedScenario:
     def run(self, seed: int = 0) -> Run:
         """Simulate, identify with the scenario's method, and judge.
 
-        Raises:
-            SimulationError: If a motion cannot be carried out.
-            IdentificationError: If no gain can be identified.
+        Raises `SimulationError` if a motion cannot be carried out, `IdentificationError` if there is no gain.
         """
         return run(self.setup, seed)
 
@@ -85,9 +83,7 @@ class LoadedScenario:
 def load(name: str | Path) -> LoadedScenario:
     """Load a built-in scenario or a TOML file.
 
-    Raises:
-        ScenarioError: If it is missing, has an unknown key or a wrong value, or names what does not exist.
-        SimulationError: If robot or plant are not valid.
-        RobotModelError: If the robot's model file is not an arm.
+    Raises `ScenarioError` if it is missing, has an unknown key or a wrong value, or names what does not exist,
+    `SimulationError` if robot or plant are not valid, `RobotModelError` if the robot's model file is not an arm.
     """
     return LoadedScenario(setup_of(load_scenario(str(name))))

@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from ident.model.arm import Arm, check_own_motors, load_joints, with_transmission
+from ident.model.mjcf import MinimalModel
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import joint_pose, regressor
 from ident.model.structure import BaseParameters, Structure, structure_of
@@ -57,26 +58,27 @@ PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0
 KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
-def read_arm(
-    path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None, own_motors: bool = True
-) -> Arm:
-    """Read an arm of an MJCF or URDF file and check its kinematics with MuJoCo.
+def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
+    """Return the arm of `joints_of_both`; a motor of the file that turns several joints is a `RobotModelError` too."""
+    arm, minimal = joints_of_both(path, couplings, flange)
+    check_own_motors(arm, minimal)
+    return arm
+
+
+def joints_of_both(path: Path, couplings: tuple[tuple[int, int], ...], flange: str | None) -> tuple[Arm, MinimalModel]:
+    """Read an arm of an MJCF or URDF file, and its reduced form, and check its kinematics with MuJoCo.
 
     Couplings are pairs of joints, from 0; joints outside the chain to the flange are locked. Raises
-    `RobotModelError` if it cannot be read, or the two parsers differ; the message names the first joint. So it does if
-    a motor of the file turns several joints, unless joints need no motors of their own.
+    `RobotModelError` if it cannot be read, or the two parsers differ; the message names the first joint.
     """
     arm, minimal = load_joints(path, couplings, flange=flange)
-    if own_motors:
-        check_own_motors(arm, minimal)
     mjcf = minimal.kind == "mjcf"
     try:
         with captured_stderr():
             spec = mujoco.MjSpec.from_file(str(path)) if mjcf else mujoco.MjSpec.from_string(minimal.text)
             hold_all_but_arm(spec, flange if mjcf else None)
-            for kind in UNUSED:
-                for element in list(getattr(spec, kind)):
-                    spec.delete(element)
+            for element in (each for kind in UNUSED for each in list(getattr(spec, kind))):
+                spec.delete(element)
             spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
             spec.compiler.balanceinertia = True
             model = spec.compile()
@@ -84,11 +86,11 @@ def read_arm(
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     except ValueError as error:
         if not mjcf:
-            return arm
+            return arm, minimal
         reason = one_line(" ".join(str(error).split()))
         raise RobotModelError(f"robot model {one_line(path)}: MuJoCo cannot read it: {reason}") from error
     check_same_kinematics(arm, model, path)
-    return arm
+    return arm, minimal
 
 
 def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
@@ -121,10 +123,7 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
 
 
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
-    """Return anchor [m] (of prismatic joints on the moving part) and axis of every joint in the world, both (n, 3).
-
-    Positions `q` [rad or m] have the shape (n,).
-    """
+    """Return anchor [m] (of prismatic joints on the moving part) and axis of each joint in the world at q, (n, 3)."""
     R, p = np.eye(3), np.zeros(3)
     anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
     for j in range(arm.n):
@@ -137,10 +136,7 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
 
 @silenced()
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
-    """Read the links of a model file with MuJoCo, each in the axes of its body and with the origin on its joint.
-
-    Joints outside the chain to the flange are locked.
-    """
+    """Read the links up to the flange with MuJoCo, each in the axes of its body and with the origin on its joint."""
     model = _compiled(path, flange)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -220,25 +216,21 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
 
 
 def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure:
-    """Return the identification model of a robot with couplings (pairs of joints, from 0), checked with MuJoCo.
-
-    Cached unless the model file changes.
-    """
+    """Return the identification model of a robot, checked with MuJoCo; cached unless the model file changes."""
     return _structure(arm, arm.model.stat().st_mtime_ns, couplings)
 
 
 @lru_cache(maxsize=16)
 def _structure(arm: "Robot", stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
-    found = read_arm(arm.model, couplings, flange=arm.flange, own_motors=arm.transmission is None)
+    found, minimal = joints_of_both(arm.model, couplings, arm.flange)
+    if arm.transmission is None:
+        check_own_motors(found, minimal)
     check_same_payload(found, arm)
     return structure_of(found if arm.motors is None else with_transmission(found, arm.motors))
 
 
 def check_same_payload(arm: Arm, robot: "Robot") -> None:
-    """Compare the torques of a payload without symmetry at random states, by the identification model and by MuJoCo.
-
-    Its frame, that of the last link, must be the same for both; raises `RobotModelError` otherwise.
-    """
+    """Raise `RobotModelError` unless a payload in the frame of the last link has the same torques in both models."""
     from sim.controller import inverse_dynamics
     from sim.plant import PayloadBody, bare_arm
 
@@ -270,23 +262,16 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedRobot:
-    """A robot of a command line.
-
-    `gain` are assumed gains [N m / drive unit], None if unknown; `flange` is the last body of the arm, None if all
-    joints of the model file belong to it.
-    """
+    """A robot of a command line."""
 
     structure: Structure
-    gain: Array | None
+    gain: Array | None  # assumed gains [N m / drive unit], None if unknown
     model: Path
-    flange: str | None
+    flange: str | None  # last body of the arm, None if all joints of the file belong to it
 
 
 def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
-    """Return the robot of a command-line argument: a model file, a `robot.toml`, or a built-in name.
-
-    Couplings are pairs of joints, from 0, by default those of the robot's file. A flange belongs to a model file.
-    """
+    """Return a robot by model file, `robot.toml` or built-in name; couplings are by default those of its file."""
     if not word:
         raise WrongValue("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
     if Path(word).suffix.lower() not in ("", ".toml"):

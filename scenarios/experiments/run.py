@@ -65,29 +65,20 @@ class Failure:
     @property
     def kind(self) -> str:
         """The name by which studies count the error."""
-        if isinstance(self.error, ProjectError):
-            return self.error.kind
-        return "MemoryError" if isinstance(self.error, MemoryError) else type(self.error).__name__  # NumPy has its own
+        name = "MemoryError" if isinstance(self.error, MemoryError) else type(self.error).__name__  # NumPy has its own
+        return self.error.kind if isinstance(self.error, ProjectError) else name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated:
-    """A simulated trial.
-
-    Attributes:
-        setup: Its setup, with drawn values instead of random tables.
-        settings: The drawn values, by key path.
-        recordings: Recordings of the motions, in order of time.
-        check: Recording of the motion that is not used for identification, None if there is none.
-        simulate_s: Wall time, as a share of the batch [s].
-    """
+    """A simulated trial."""
 
     trial: Trial = field(repr=False)
-    setup: Setup = field(repr=False)
-    settings: Mapping[str, Value]
-    recordings: tuple[Recording, ...] = field(default=(), repr=False)
-    check: Recording | None = field(default=None, repr=False)
-    simulate_s: float = 0.0
+    setup: Setup = field(repr=False)  # with drawn values instead of random tables
+    settings: Mapping[str, Value]  # the drawn values, by key path
+    recordings: tuple[Recording, ...] = field(default=(), repr=False)  # of the motions, in order of time
+    check: Recording | None = field(default=None, repr=False)  # of the motion that is not used for identification
+    simulate_s: float = 0.0  # wall time, as a share of the batch [s]
 
     @property
     def seed(self) -> int:
@@ -171,10 +162,7 @@ def simulate(setup: Setup, seed: int, *, cost: bool = False, stages: Progress = 
 def simulate_trials(
     setup: Setup, trials: Sequence[Trial], *, stages: Progress = SILENT
 ) -> Iterator[Simulated | Failure]:
-    """Draw and simulate trials, in batches whose logs do not exceed `LOGS_AT_ONCE`, with at least one trial each.
-
-    Yield every trial or its first error, in any order; one at a time, to save memory.
-    """
+    """Draw and simulate trials in batches; yield each or its first error, in any order, one at a time."""
     batch, size = list[Simulated](), 0.0
     for trial in trials:
         settings: Mapping[str, Value] = {}
@@ -209,20 +197,18 @@ def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulat
         if len(waiting[i]) < len(ready.motions):
             continue
         found = [outcome for _, outcome in sorted(waiting.pop(i).items())]
-        error = next((each for each in found if isinstance(each, SimulationError)), None)
-        if error is not None:
-            yield ready.failed(error)
+        if errors := [each for each in found if isinstance(each, SimulationError)]:
+            yield ready.failed(errors[0])
             continue
-        recordings = [each for each in found if isinstance(each, Recording)]
-        used, check = recordings[: len(ready.setup.experiments)], recordings[len(ready.setup.experiments) :]
-        yield replace(ready, recordings=tuple(used), check=check[0] if check else None, simulate_s=simulate_s)
+        used = tuple(each for each in found if isinstance(each, Recording))
+        check = used[len(ready.setup.experiments)] if len(used) > len(ready.setup.experiments) else None
+        yield replace(ready, recordings=used[: len(ready.setup.experiments)], check=check, simulate_s=simulate_s)
 
 
 def identified(simulated: Simulated) -> Run:
     """Identify and judge a simulated trial; raises `IdentificationError` if no gain can be identified."""
     setup, started = simulated.setup, time.perf_counter()
-    table = setup.scenario.table
-    chosen = table.identification
+    chosen = setup.scenario.table.identification
     found = identify(
         setup.structure,
         simulated.logs,
@@ -236,7 +222,7 @@ def identified(simulated: Simulated) -> Run:
         **{each.name: getattr(simulated, each.name) for each in fields(Simulated)},
         identification=found,
         identify_s=time.perf_counter() - started,
-        verdict=judge(found.estimate, simulated.truth.gain, table.tolerance),
+        verdict=judge(found.estimate, simulated.truth.gain, setup.scenario.table.tolerance),
         cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
     )
 
@@ -247,15 +233,12 @@ def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion
 
 
 def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
-    """Return the noise streams of each motion; they do not depend on the number of motions.
+    """Return the noise streams of each motion, which do not depend on their number; `replaced` are seeds by name."""
 
-    `replaced` has seeds of single streams, by their names in `NoiseStreams`.
-    """
-    own = {name: np.random.SeedSequence(each).spawn(motions) for name, each in replaced.items()}
+    def children(seed: int) -> list[np.random.Generator]:
+        return [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(motions)]
+
+    own = {name: children(each) for name, each in replaced.items()}
     return tuple(
-        {
-            **noise_streams(np.random.default_rng(child)),
-            **{name: np.random.default_rng(children[k]) for name, children in own.items()},
-        }
-        for k, child in enumerate(np.random.SeedSequence(seed).spawn(motions))
+        {**noise_streams(rng), **{name: each[k] for name, each in own.items()}} for k, rng in enumerate(children(seed))
     )

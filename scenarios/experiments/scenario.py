@@ -17,7 +17,7 @@ from ident.estimation.estimators import ESTIMATORS
 from ident.model.structure import Structure
 from ident.payload.payload import Payload, payload_from_table, payload_to_table
 from ident.support.arrays import Array, readonly
-from ident.support.errors import PayloadError
+from ident.support.errors import PayloadError, placed
 from ident.support.naming import nearest
 from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.motions import read_motion
@@ -50,17 +50,12 @@ OPTIONAL = "plant.errors."
 """Keys whose omitted array means zeros, one per joint."""
 CHECK = "check-weight"
 """Name of the motion that is not used for identification; no mounting can have a name with a hyphen."""
-DRIVES_KEPT = 16
-"""Number of cached drives; one takes a kilobyte."""
 
 
 def load_scenario(name: str) -> Scenario:
     """Read a built-in scenario or a user's file, with all numbers, and without payloads that are never mounted.
 
-    Raises:
-        ScenarioError: If it is missing, has an unknown key or a wrong value, names a robot or payload that does not
-            exist, or assumes an impossible payload.
-        PlantError: If the file of its robot is not valid.
+    Raises `ScenarioError` if anything in it is wrong or does not exist, `PlantError` if its robot's file is not valid.
     """
     stated, path = scenario_table(name)
     scenario = Scenario(
@@ -76,24 +71,16 @@ def load_scenario(name: str) -> Scenario:
         {"payload": of.get(LOADED) if LOADED in used else None, "payloads": {k: of[k] for k in used if k != LOADED}}
         for of in (true, believed)
     )
-    drives = {
-        field.name: tuple(getattr(nominal, field.name).tolist())
-        for field in fields(DriveTruth)
-        if getattr(table.plant, field.name) is None
-    }
-    update = {
-        "plant": table.plant.model_copy(update={**drives, **plant}),
-        "belief": table.belief.model_copy(update=belief),
-    }
+    omitted = [field.name for field in fields(DriveTruth) if getattr(table.plant, field.name) is None]
+    plant |= {name: tuple(getattr(nominal, name).tolist()) for name in omitted}
+    update = {"plant": table.plant.model_copy(update=plant), "belief": table.belief.model_copy(update=belief)}
     return replace(scenario, table=table.model_copy(update=update))
 
 
 def robot_of(scenario: Scenario) -> Robot:
     """The robot; raises as `robots.robot`, with the scenario that names it."""
-    try:
+    with placed(f"{scenario.name}: robot"):
         return robot(scenario.table.robot, scenario.folder)
-    except ScenarioError as error:
-        raise type(error)(f"{scenario.name}: robot: {error}") from error
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -161,9 +148,8 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario
         inner[last] = value
     update: dict[str, object] = {"random": {}}
     for key, values in changes.items():
-        kind: type[BaseModel] = type(getattr(scenario.table, key))
         try:
-            update[key] = kind.model_validate_json(json.dumps(values), strict=True)
+            update[key] = type(getattr(scenario.table, key)).model_validate_json(json.dumps(values), strict=True)
         except ValidationError as error:
             raise WrongValue(f"{scenario.name}: {fault_of(error, key)}") from error
     table = scenario.table.model_copy(update=update)
@@ -187,8 +173,6 @@ def _is_number(value: object) -> bool:
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
     """Return the scenario with another method or options, as `KEY=VALUE`; a named method starts from its defaults."""
     stated = scenario.table.identification
-    if method is None and not words:
-        return scenario
     name, kept = (stated.method, stated.options) if method is None else (method, {})
     options = {**kept, **table_from_words(ESTIMATORS[name].options, words)}
     options_from_table(ESTIMATORS[name].options, options)
@@ -308,7 +292,7 @@ def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
     return setup_of(with_settings(setup.scenario, settings)) if settings else setup
 
 
-@lru_cache(maxsize=DRIVES_KEPT)
+@lru_cache(maxsize=16)
 def _drives(**stated: tuple[float, ...]) -> DriveTruth:
     """Return the drives of given numbers, cached, so that scenarios that differ in something else share them."""
     return DriveTruth(**{name: readonly(values) for name, values in stated.items()})

@@ -59,10 +59,7 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 
 
 def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
-    """Read a scenario merged with those that it extends: the table, with paths relative to the file, and the file.
-
-    `below` are files already being read, to detect circles.
-    """
+    """Return a scenario merged with those that it extends, and its file; `below` are files already being read."""
     path = find_scenario(name, folder)
     if path in below:
         raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")

@@ -66,10 +66,7 @@ def motion_names(protocol: Sequence[str]) -> tuple[str, ...]:
 
 
 def grouped(protocol: Sequence[str]) -> tuple[int, ...]:
-    """Return the indices of the motions in order of time, but with motions of one payload grouped at its first one.
-
-    Identification uses this order, and so does a command line, in which a payload follows its recordings.
-    """
+    """Return the motions in order of identification: of time, but those of one payload grouped at its first one."""
     first = {name: list(protocol).index(name) for name in mountings(protocol)}
     return tuple(sorted(range(len(protocol)), key=lambda k: first.get(protocol[k], k)))
 
@@ -91,16 +88,6 @@ def _known_stream(name: str) -> str:
     return name
 
 
-def _named(payload: str) -> Payload:
-    if payload not in rx90_mjcf.PAYLOADS:
-        facts = {
-            "it": f"{shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}",
-            "known": ", ".join(rx90_mjcf.PAYLOADS),
-        }
-        raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", facts)
-    return read_payload(rx90_mjcf.PAYLOADS[payload])
-
-
 class BodyTable(Table):
     """The true payload, in the frame of the last link."""
 
@@ -117,7 +104,10 @@ class BodyTable(Table):
     @classmethod
     def of(cls, payload: str) -> "BodyTable":
         """Return the numbers of a name of `rx90_mjcf.PAYLOADS`."""
-        rigid = body_of(_named(payload))
+        if payload not in rx90_mjcf.PAYLOADS:
+            it, known = f"{shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}", ", ".join(rx90_mjcf.PAYLOADS)
+            raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", {"it": it, "known": known})
+        rigid = body_of(read_payload(rx90_mjcf.PAYLOADS[payload]))
         inertia = dict(zip(INERTIA_KEYS, rigid.inertia, strict=True))
         return cls.model_validate({"mass": rigid.mass, "com": rigid.com, "inertia": inertia})
 
@@ -320,7 +310,7 @@ def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
 
 
 def check(table: ScenarioTable, path: str) -> None:
-    """Check numbers per joint, gains, couplings, method and options; raises `WrongValue` for the first wrong one."""
+    """Check what `with_settings` may change; raises `WrongValue` for the first wrong value."""
     for fault in _faults(table):
         raise WrongValue(f"{path}: {fault}")
 

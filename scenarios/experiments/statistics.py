@@ -107,10 +107,7 @@ def root_mean_square(values: Array) -> float | None:
 
 
 def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
-    """Compute statistics of a study, one row per trial and joint with `COLUMNS`, and apply the pass rule.
-
-    `wanted` is the required pass rate, `false_alarm` the probability that a joint fails although every joint has it.
-    """
+    """Return statistics of a study with `COLUMNS`; `wanted` and `false_alarm` are those of the pass rule."""
     found, joints = list[JointStatistics](), len(np.unique(rows["joint"].to_numpy()))
     for joint, own, with_gain in by_joint(rows):
         trials, gains, z = len(own), len(with_gain), with_gain["z"].to_numpy()

@@ -21,6 +21,7 @@ import pyarrow as pa
 from rich.console import Console
 
 from ident.support.arrays import Array
+from ident.support.naming import shown
 from scenarios.experiments.draws import check_draws, drawn_settings, places_of, settings_with, sources_of
 from scenarios.experiments.motions import motion_digest
 from scenarios.experiments.robots import robot_digests
@@ -87,10 +88,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 
 
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
-    """Return the study of all combinations of values, by key path or its end, with each seed; n means 0 to n - 1.
-
-    The first key varies slowest, seeds fastest. Swept values are not drawn.
-    """
+    """Return the study of all combinations of values, by key path or its end, the first slowest, with each seed."""
     check_draws(scenario)
     places = [place_of(scenario.table, name) for name in values]
     points = [dict(zip(places, point, strict=True)) for point in itertools.product(*values.values())]
@@ -113,19 +111,11 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
 
 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
-    """Return the study of both designs: no source, each source alone, all together, Saltelli's matrices row by row.
-
-    `repeats` (trials of each source alone) and `samples` (rows of the matrices) are powers of 2 up to `LARGEST`.
-    """
+    """Return the study of both designs: `repeats` trials of each source alone, `samples` rows of the matrices."""
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
-            text = str(number) if number < 10**20 else f"{str(number)[:6]}... ({len(str(number))} digits)"
-            raise ScenarioError(f"{name} = {text}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
+            raise ScenarioError(f"{name} = {shown(number)}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
     check_draws(scenario)
-    if not any(scenario.table.tolerance.identifiable):
-        raise ScenarioError(
-            f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute"
-        )
     sources = sources_of(scenario)
     names = list(sources.columns)
     plan = [(ALONE, NONE, 0), *((ALONE, name, k) for name in names for k in range(repeats))]
@@ -174,16 +164,12 @@ def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
 
 
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
-    """Run the missing trials of a study and write them part by part; existing trials of the same study are kept.
-
-    The record states the user's command; progress is shown on a console on stderr.
-    """
+    """Run the missing trials of a study and write them part by part; existing trials of the same study are kept."""
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)
     identity = study_identity(study)
     with study_folder(folder, identity, count=study.count, command=command, rows_per_trial=rows_per_trial) as place:
-        missing = place.missing(study.count)
-        if missing:
+        if missing := place.missing(study.count):
             place.forget_lost()
             before, failed = study.count - sum(map(len, missing)), 0
             with (
@@ -218,10 +204,7 @@ def study_identity(study: Study) -> dict[str, object]:
 
 
 def _results(study: Study, missing: Sequence[range], workers: Workers | None) -> Generator[tuple[int, pa.Table]]:
-    """Yield the number of trials and the rows of each chunk of consecutive trials, small enough for all workers.
-
-    A chunk whose worker failed has rows with its reason. Without workers, trials run in this process.
-    """
+    """Yield number of trials and rows of each chunk; one whose worker failed has rows with its reason."""
     count, here = 1 if workers is None else workers.count(), versions()
     size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * count))))
     chunks = (

@@ -33,10 +33,7 @@ STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """A study's folder and the number of rows of each trial.
-
-    Methods that read parts raise `ScenarioError` if a file is not a part, does not match its name, or is damaged.
-    """
+    """A study's folder; its parts are refused if damaged, or if they do not match their names."""
 
     path: Path
     rows_per_trial: int
@@ -75,7 +72,6 @@ class StudyFolder:
         return part
 
     def _lost(self, part: range) -> bool:
-        """Return whether a trial failed for external reasons."""
         return bool(pc.any(pc.is_in(self._read(part, ["failure"])["failure"], pa.array(OUTSIDE))).as_py())
 
     def missing(self, count: int) -> list[range]:
@@ -94,11 +90,10 @@ class StudyFolder:
 
     def keep(self, rows: pa.Table) -> None:
         """Write the rows of consecutive trials as a part, atomically."""
-        numbers: list[int] = rows["trial"].unique().sort().to_pylist()
+        first, last = pc.min_max(rows["trial"]).as_py().values()
         content = pa.BufferOutputStream()
         pq.write_table(rows, content, write_page_checksum=True)
-        part = range(numbers[0], numbers[-1] + 1)
-        _write(self.file(part), content.getvalue().to_pybytes(), self.path / UNFINISHED)
+        _write(self.file(range(first, last + 1)), content.getvalue().to_pybytes(), self.path / UNFINISHED)
 
     def _read(self, part: range, columns: Sequence[str] | None) -> pa.Table:
         path = self.file(part)
@@ -138,19 +133,15 @@ def _write(path: Path, content: bytes, unfinished: Path) -> None:
 def study_folder(
     path: Path, identity: Mapping[str, object], *, count: int, command: str, rows_per_trial: int
 ) -> Generator[StudyFolder]:
-    """Open a new or existing study folder, locked for other processes; refuse that of another study.
-
-    The record keeps the largest number of trials requested so far, and the command.
-    """
+    """Open a new or existing study folder, locked for other processes; refuse that of another study."""
     path = path.absolute()
     try:
         if path.is_dir() and not (path / STUDY).is_file():
             strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
-            if strange or any((path / TRIALS).glob("*")):
-                named = [*strange, TRIALS][0]
-                raise ScenarioError(
-                    f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out"
-                )
+            strange += [TRIALS] * any((path / TRIALS).glob("*"))
+            if strange:
+                said = f"contains {strange[0]!r} but no {STUDY}, so it is not a study; use another --out"
+                raise ScenarioError(f"{path}: {said}")
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
@@ -166,7 +157,7 @@ def study_folder(
             difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
             if difference is not None:
                 raise ScenarioError(f"{path}: belongs to another study: {difference}; use another --out")
-            count = max(count, known["trials"])
+            count = max(count, known["trials"])  # the most that were requested so far
         record = {**wanted, "trials": count, "command": command}
         _write(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
         yield StudyFolder(path, rows_per_trial)
@@ -230,9 +221,7 @@ def read_study(folder: Path) -> StoredStudy:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
-    missing = sum(map(len, found.rows.missing(found.trials)))
-    if missing:
-        raise ScenarioError(
-            f"{one_line(folder)}: {missing} of {found.trials} trials are missing; continue with: {found.command}"
-        )
+    if missing := sum(map(len, found.rows.missing(found.trials))):
+        said = f"{missing} of {found.trials} trials are missing; continue with: {found.command}"
+        raise ScenarioError(f"{one_line(folder)}: {said}")
     return found

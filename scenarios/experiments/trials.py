@@ -75,10 +75,7 @@ def common_columns(outcome: Simulated | Failure) -> dict[str, object]:
 
 
 def judged_rows(scenario: Scenario, outcome: Simulated | Failure) -> Rows:
-    """Identify a simulated trial with the scenario's method, and return the verdict on each joint.
-
-    The rows of a trial without estimate are not identifiable, not passed, and have the reason.
-    """
+    """Identify a simulated trial and return the verdict on each joint; all are refused if there is no estimate."""
     common = common_columns(outcome)
     if isinstance(outcome, Failure):
         setup, reason = outcome.setup, str(outcome.error) or outcome.kind
@@ -146,11 +143,6 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], make: MakeRows) -> Rows:
 
 
 def give_back_memory() -> None:
-    """Give free memory of the C library back to the system.
-
-    Between small objects that persist, glibc keeps freed memory of large arrays, up to several hundred megabytes.
-    """
-    if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc; musl has none and needs none
-        if trim is not None:
-            trim(0)
+    """Give back memory of large arrays, of which glibc keeps several hundred megabytes between smaller objects."""
+    if sys.platform == "linux" and hasattr(libc := ctypes.CDLL(None), "malloc_trim"):  # musl has none and needs none
+        libc.malloc_trim(0)

@@ -31,7 +31,6 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
@@ -75,10 +74,9 @@ class Workers:
 def completed(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
 ) -> Generator[tuple[Task, Result | ScenarioError]]:
-    """Run a picklable function on every task, which workers take as they become free.
+    """Run a picklable function on every task; yield each, as it ends, with its result or its worker's failure.
 
-    Yield each task with its result, or `WorkerDied` or `WorkerFailed`, as they end; raise `ScenarioError` as it does,
-    if the workers are unreachable or cannot import it, and if the first tasks are all abandoned.
+    Raises `ScenarioError` as the function does, if workers are unreachable, and if the first tasks are all abandoned.
     """
     queue, suspects = iter(tasks), deque[Task]()
     returned, given_up, alone, pending = 0, 0, False, True
@@ -87,9 +85,9 @@ def completed(
         executor, running, broken = workers.open(), dict[Future[Result], Task](), False
         try:
             while True:
-                while (
-                    not broken and len(running) < AHEAD * workers.count() and (task := next(source, None)) is not None
-                ):
+                while not broken and len(running) < AHEAD * workers.count():
+                    if (task := next(source, None)) is None:
+                        break
                     try:
                         running[executor.submit(function, task)] = task
                     except BrokenExecutor:  # a worker died between two tasks
@@ -190,21 +188,21 @@ def _begin_work(environment: Mapping[str, str]) -> None:
     _set_environment(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # imports stay: a collection of the rest takes a quarter of a millisecond
-    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
+    parent = multiprocessing.parent_process()
 
+    def end_with_it() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
 
-def _end_with(parent: BaseProcess | None) -> None:
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    threading.Thread(target=end_with_it, daemon=True).start()
 
 
 @contextmanager
 def dask_workers(address: str) -> Generator[Workers]:
     """Workers of a Dask cluster, by the address of its scheduler, as `tcp://host:8786`, or its scheduler file.
 
-    Raises:
-        ScenarioError: If Dask is not installed; if no scheduler answers.
+    Raises `ScenarioError` if Dask is not installed, or no scheduler answers.
     """
     try:
         from distributed import Client, KilledWorker
@@ -241,7 +239,6 @@ def dask_workers(address: str) -> Generator[Workers]:
 
 
 def _address_in(file: Path) -> str:
-    """Return the address in a scheduler file."""
     if not file.is_file():
         raise ScenarioError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
     try:
@@ -270,10 +267,8 @@ def usable_cores() -> int:
 def _jobs(text: str) -> int:
     cores = usable_cores()
     if not text.isdecimal() or not 1 <= int(text) <= MOST_PER_CORE * cores:
-        usable = f"{cores} core{'s' if cores > 1 else ''} to use"
-        raise argparse.ArgumentTypeError(
-            f"expected a number from 1 to {MOST_PER_CORE * cores}, not {text!r}; this machine has {usable}"
-        )
+        said = f"expected a number from 1 to {MOST_PER_CORE * cores}, not {text!r}"
+        raise argparse.ArgumentTypeError(f"{said}; this machine has {cores} core{'s' * (cores > 1)} to use")
     return int(text)
 
 

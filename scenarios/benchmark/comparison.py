@@ -226,10 +226,7 @@ def _bad(count: int) -> Cell:
 
 
 def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedScenario:
-    """Compute statistics of a comparison on one scenario; rows have the columns `NEEDED`.
-
-    Of equal scores, the smaller rms error is first.
-    """
+    """Compute statistics of a comparison on one scenario; rows have the columns `NEEDED`."""
     posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
     estimate, true, std, error = posed[["estimate", "true", "std", "rel_error"]].to_numpy(np.float64).T
     off, expected, claimed = np.abs(estimate - true), posed["expected"].to_numpy(bool), np.isfinite(estimate)

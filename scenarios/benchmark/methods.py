@@ -24,7 +24,6 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from functools import cache
 from importlib.metadata import packages_distributions, version
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import IO, NamedTuple, cast
@@ -59,9 +58,7 @@ class Method:
 
     text: str
     words: tuple[str, ...]  # the command without its last argument, the problem's folder
-    # Digest of each known file of the method, and version of each package that it imports (without those of every
-    # study), by name. With another digest or version the method is a different one:
-    digests: tuple[tuple[str, str], ...] = ()
+    digests: tuple[tuple[str, str], ...] = ()  # of its files, and versions of packages that it imports, by name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,10 +94,9 @@ def method_of(text: str) -> Method:
     if ":" not in text:
         _estimator(text)
         return Method(text, in_python)
-    module = _function(text).__module__
-    spec = find_spec(module)
-    files = [] if spec is None or spec.origin is None else [Path(spec.origin)]
-    return Method(text, in_python, (*_digests(files), *imported_packages(sys.modules[module])))
+    module = sys.modules[_function(text).__module__]
+    files = [] if getattr(module, "__file__", None) is None else [Path(str(module.__file__))]
+    return Method(text, in_python, (*_digests(files), *imported_packages(module)))
 
 
 def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, object]]:
@@ -174,9 +170,10 @@ def _limiting(limits: Limits) -> Callable[[], None] | None:
         return None
     import resource
 
-    wanted = {resource.RLIMIT_DATA: int(limits.memory_gb * 1e9), resource.RLIMIT_FSIZE: LARGEST_FILE}
-    hard = {limit: resource.getrlimit(limit)[1] for limit in wanted}
-    allowed = {k: size if hard[k] == resource.RLIM_INFINITY else min(size, hard[k]) for k, size in wanted.items()}
+    allowed = {resource.RLIMIT_DATA: int(limits.memory_gb * 1e9), resource.RLIMIT_FSIZE: LARGEST_FILE}
+    for kind, size in allowed.items():
+        hard = resource.getrlimit(kind)[1]
+        allowed[kind] = size if hard == resource.RLIM_INFINITY else min(size, hard)
 
     def limit() -> None:
         for kind, size in allowed.items():
@@ -205,9 +202,8 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
     if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
-        raise ScenarioError(
-            f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object", kind="NoAnswer"
-        )
+        said = f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object"
+        raise ScenarioError(said, kind="NoAnswer")
     if not status:
         return
     err.seek(max(0, err.seek(0, os.SEEK_END) - TAIL))
@@ -256,11 +252,9 @@ def read_answer(output: bytes, joints: int) -> tuple[Claim, ...]:
         where, message = ".".join(map(str, first["loc"])), one_line(first["msg"][0].lower() + first["msg"][1:])
         said = f"{where}: {message}" if where else f"{message}; it printed {shown(output.decode(errors='replace'))}"
         raise ScenarioError(said, kind=KINDS.get(first["type"], "WrongForm")) from error
-    numbers = [gain.joint for gain in gains]
-    if numbers != list(range(1, joints + 1)):
-        raise ScenarioError(
-            f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order", kind="WrongJoints"
-        )
+    if (numbers := [gain.joint for gain in gains]) != list(range(1, joints + 1)):
+        said = f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order"
+        raise ScenarioError(said, kind="WrongJoints")
     for gain in gains:
         value, std, refused = gain.estimate, gain.std, not gain.identifiable
         for wrong, said in (

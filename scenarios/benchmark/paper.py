@@ -11,10 +11,10 @@ moment and error norm in the same directions as in the paper.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import itemgetter
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -55,8 +55,7 @@ GAIN_ERRORS = (-0.2, 0.2, 0.2, -0.2)
 """Relative errors of the gains of joints 1 to 4 in case 3."""
 
 
-@dataclass(frozen=True, slots=True)
-class PublishedCase:
+class PublishedCase(NamedTuple):
     """One case of tables 2 and 4: first moment [kg m], mass [kg] and norms of the residual."""
 
     MZ: float
@@ -154,10 +153,8 @@ class PaperResult(_Finite):
     def parts(self) -> Iterable[Part]:
         """Verdict and claims, tables 2 to 4 beside the published numbers, and those of section V."""
         failed, count = sum(not check.holds for check in self.checks), len(self.checks)
-        if failed:
-            yield Paragraph(f"FAILED: {failed} of {count} claims do not hold.", Mood.BAD, strong=True)
-        else:
-            yield Paragraph(f"PASSED: all {count} claims hold.", Mood.GOOD, strong=True)
+        verdict = f"FAILED: {failed} of {count} claims do not hold." if failed else f"PASSED: all {count} claims hold."
+        yield Paragraph(verdict, Mood.BAD if failed else Mood.GOOD, strong=True)
         for each in self.checks:
             yield Paragraph(f"holds: {each.claim}") if each.holds else Paragraph(f"FAILS: {each.claim}", Mood.BAD)
         cases, mass = list(enumerate(zip(self.cases, CASES, strict=True), 1)), self.second_payload["M"]
@@ -219,8 +216,7 @@ def _beside(title: str, heads: str, form: str, rows: Iterable[Sequence[object]])
     return table([form.format(*row).split("|") for row in rows], *columns, title=title)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PaperRun:
+class PaperRun(NamedTuple):
     """The repeated experiment: its seed, payload estimates by name (`case 1`, `second payload`), and what is shown."""
 
     seed: int
@@ -229,11 +225,7 @@ class PaperRun:
 
 
 def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
-    """Simulate the three motions, identify gains and payloads, check the claims.
-
-    Raises `SimulationError` if a motion cannot be carried out, `IdentificationError` if a recording cannot be
-    identified.
-    """
+    """Simulate the three motions, identify gains and payloads, check the claims; raises as `experiments.run.run`."""
     setup = setup_of(load_scenario("paper"))
     chosen, first = setup.scenario.table.identification, setup.payloads[LOADED]
     weighed = read_payload(rx90_mjcf.PAYLOADS["4.275 kg"])
@@ -245,12 +237,12 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     stages.begin("identifying")
     unloaded, loaded, second = (observe(recording, setup.structure, chosen.observe) for recording in recordings)
     gains = joint_by_joint_gains(pair(unloaded, loaded, first, chosen.gains)).joints
-    n = len(gains)
-    prior, found, std = np.ones(n), np.ones(n), np.zeros(n)  # a refused joint keeps its assumed gain
+    prior, none = np.ones(len(gains)), np.zeros(len(gains))
+    found, std, off = prior.copy(), none.copy(), prior.copy()  # a refused joint keeps its assumed gain
+    off[:IDENTIFIED] += GAIN_ERRORS
     for j, joint in enumerate(gains[:IDENTIFIED]):
         if isinstance(joint, IdentifiedGain):
             found[j], std[j] = joint.value, joint.std
-    none, off = np.zeros(n), 1.0 + np.array([*GAIN_ERRORS, *np.zeros(n - IDENTIFIED)])
     systems = {
         mounted.name: Columns.of([ObservedMotion(unloaded, None), ObservedMotion(motion, payload)])
         for mounted, motion, payload in ((heavy, loaded, first), (light, second, weighed))
@@ -278,13 +270,8 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
         for joint, (each, injected) in enumerate(zip(gains, setup.true_gain.tolist(), strict=True), 1)
     )
     checks = checks_of(shown, cases, again)
-    result = PaperResult(
-        gains=shown,
-        cases=tuple(cases),
-        second_payload=again,
-        checks=checks,
-        passed=all(check.holds for check in checks),
-    )
+    passed = all(check.holds for check in checks)
+    result = PaperResult(gains=shown, cases=tuple(cases), second_payload=again, checks=checks, passed=passed)
     return PaperRun(seed=seed, estimates=estimates, result=result)
 
 
@@ -348,36 +335,19 @@ class SavedPaper(BaseModel):
 
 def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
     """Write `FILES`: torques [N m] of all cases by time [s], as in figure 3; the result."""
-    rows = [
-        pd.DataFrame(
-            {
-                "case": name,
-                "joint": case.system.joint + 1,
-                "loaded": case.system.loaded,
-                "t": case.system.t,
-                "measured": case.gain[case.system.joint] * case.system.V,
-                "reconstructed": case.torque,
-            }
-        )
-        for name, case in run.estimates.items()
-    ]
+    rows = list[pd.DataFrame]()
+    for name, case in run.estimates.items():
+        joint, measured = case.system.joint, case.gain[case.system.joint] * case.system.V
+        about = {"case": name, "joint": joint + 1, "loaded": case.system.loaded, "t": case.system.t}
+        rows.append(pd.DataFrame({**about, "measured": measured, "reconstructed": case.torque}))
     pd.concat(rows).to_parquet(folder / ROWS, index=False)
-    saved = SavedPaper(
-        seed=run.seed,
-        command=command,
-        versions=versions(),
-        files=digests_of(folder, [ROWS]),
-        result=run.result,
-    )
+    files = digests_of(folder, [ROWS])
+    saved = SavedPaper(seed=run.seed, command=command, versions=versions(), files=files, result=run.result)
     (folder / PAPER).write_text(to_json(saved.model_dump(mode="json")) + "\n", encoding="utf-8")
 
 
 def page(folder: Path) -> Report:
-    """Return the page of a folder, only from its files.
-
-    Raises `ScenarioError` if its document is damaged, or of another version; if the rows of figure 3 are missing,
-    or others than were written with it.
-    """
+    """Return the page of a folder, only from its files; raises `ScenarioError` if they are not as written."""
     rows, saved = folder / ROWS, read_result(folder, SavedPaper, PAPER)
     try:
         same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)

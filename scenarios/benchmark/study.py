@@ -29,13 +29,9 @@ COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
 
 
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
-    """Return the study of `count` trials of one scenario, those of `monte_carlo`; the scenario's method is not run.
-
-    Raises `ScenarioError` if a method is given twice; as `monte_carlo`.
-    """
+    """Return the study of the trials of `monte_carlo` by some methods; raises as that, and if one is given twice."""
     texts = [method.text for method in methods]
-    twice = next((text for text in texts if texts.count(text) > 1), None)
-    if twice is not None:
+    for twice in (text for text in texts if texts.count(text) > 1):
         raise ScenarioError(f"method {twice!r} is given twice; give each method once")
     schema = trial_schema(scenario, places_of(scenario.table.random), (METHOD,))
     return replace(
@@ -52,11 +48,6 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
     )
 
 
-def write_trial(simulated: Simulated, folder: Path) -> None:
-    """Write the problem of a trial, without true values, scenario and seed."""
-    write_problem(folder, simulated_problem(simulated.setup, simulated.recordings))
-
-
 def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, outcome: Simulated | Failure) -> Rows:
     """Return the rows of a trial; each method has a copy of the folder of its own."""
     rows, wanted = list[dict[str, object]](), scenario.table.tolerance.identifiable
@@ -67,7 +58,7 @@ def _answered(methods: tuple[Method, ...], limits: Limits, scenario: Scenario, o
     tolerance, joints = setup.scenario.table.tolerance, setup.structure.arm.n
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
-            write_trial(outcome, Path(place))
+            write_problem(Path(place), simulated_problem(setup, outcome.recordings))  # without true values and seed
             called = call(method, Path(place), joints, limits)
         answer, lost = called.outcome, dict[str, object]()
         if isinstance(answer, ScenarioError):

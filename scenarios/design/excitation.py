@@ -53,25 +53,18 @@ def finite(value: float) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """Bounds of a motion, infinite if unbounded; arrays have shape (n,), units rad or m, s, and N m or N.
+    """Bounds of a motion, infinite if unbounded; arrays have shape (n,), units rad or m, s, and N m or N."""
 
-    Positions are those of joints; speeds, accelerations and torques, at the current limit, those of motors, which turn
-    with several joints by the matrix `motors` (`Robot.motors`).
-    """
-
-    lower: Array
+    lower: Array  # positions of joints
     upper: Array
-    velocity: Array
+    velocity: Array  # this and the following of motors
     acceleration: Array
-    torque: Array
-    motors: Array | None = None
+    torque: Array  # at the current limit
+    motors: Array | None = None  # q_motor = A q, `Robot.motors`
 
     @classmethod
     def of(cls, plant: Plant) -> "Limits":
-        """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
-
-        Raises `PlantError` if a prismatic joint has no range.
-        """
+        """Return the limits of a plant's robot, half a turn to either side of home for revolute joints without any."""
         robot, drives = plant.robot, plant.drives
         arm, _ = load_joints(robot.model, flange=robot.flange)
         endless = ~np.isfinite(arm.upper - arm.lower)
@@ -137,14 +130,11 @@ class Design:
         scenario = setup.scenario
         wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
         if not wanted.size:
-            raise ScenarioError(
-                f"{scenario.name}: tolerance.identifiable lists no joint, so there is no gain to optimise"
-            )
+            said = "tolerance.identifiable lists no joint, so there is no gain to optimise"
+            raise ScenarioError(f"{scenario.name}: {said}")
         if not names:
-            raise ScenarioError(
-                f"{scenario.name}: experiment.protocol mounts no payload; a design needs one, such as "
-                '["bare", "loaded"]'
-            )
+            said = 'experiment.protocol mounts no payload; a design needs one, such as ["bare", "loaded"]'
+            raise ScenarioError(f"{scenario.name}: {said}")
         plant, believed = setup.plants.get(names[0], setup.plant), setup.payloads[names[0]]
         body = plant.payload
         return cls(
@@ -183,11 +173,7 @@ class Design:
         return float(self.deviations(trajectory)[self.joints].max())
 
     def excess(self, rows: MotionRows) -> Array:
-        """Return the relative violations of usable limits, at least zero, shape (4 n + 1, N).
-
-        Limits are in the order of `SHARES`, each of all joints, the torques of both motions; last is the clearance.
-        The motion is that of the motors.
-        """
+        """Return relative violations of `SHARES` by joint, torques of both motions, and of clearance, (4 n + 1, N)."""
         (q, dq, ddq), limits, torques = rows.motion, self.limits, rows.torques(self.carried.chi)
         q = limits.of_joints(q)
         used = (
@@ -230,10 +216,9 @@ class Design:
         return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in rates)
 
     def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
-        """Return the motion, scaled by the first of `SIZES` that meets all limits on a fine grid.
+        """Return the motion scaled by the first of `SIZES` that meets all limits; `TrajectoryError` if none does.
 
-        It is scaled about its centre, or about the middle one of its positions that can be held if the centre
-        cannot. Raises `TrajectoryError` if no factor is enough.
+        It is scaled about its centre, or the middle one of its positions that can be held if the centre cannot.
         """
         center, about = trajectory.center, trajectory.center
         if self.at_rest(center[None])[0] > 0.0:

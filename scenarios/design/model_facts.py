@@ -40,10 +40,7 @@ class ModelFacts:
 
 @silenced()
 def model_facts(path: Path, flange: str | None) -> ModelFacts:
-    """Read the data of an arm up to a body, None for all joints.
-
-    Raises `PlantError` if MuJoCo cannot read the file, or it has no arm, `RobotModelError` for an impossible speed.
-    """
+    """Read the data of an arm up to a body; `PlantError` if MuJoCo cannot, `RobotModelError` for a speed."""
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
@@ -71,10 +68,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
 
 
 def _torques(spec: mujoco.MjSpec) -> dict[str, float]:
-    """Return the largest torque by joint: the smaller of the joint's and the sum of its actuators', as in MuJoCo.
-
-    If one of several actuators has no limit, they have none. An effort of a URDF is the joint's.
-    """
+    """Return the largest torque by joint: the smaller of its own and its actuators' together, as in MuJoCo."""
     driven: dict[str, float] = {}
     for actuator in spec.actuators:
         gear = abs(float(actuator.gear[0])) or 1.0

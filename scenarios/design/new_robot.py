@@ -4,7 +4,7 @@ Defaults are a starting point: each is written into the user's file with its sou
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.model.arm import Arm, check_own_motors, load_joints, stated_transmission, with_transmission
+from ident.model.arm import Arm, check_own_motors, stated_transmission, with_transmission
 from ident.payload.payload import LIGHTEST, Payload, payload_to_table, read_payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN, Design, percents
 from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.experiments.robots import read_arm
+from scenarios.experiments.robots import joints_of_both
 from scenarios.experiments.scenario import load_scenario, setup_without_motion
 from scenarios.experiments.schema import TURNS, body_of
 from scenarios.support.texts import schema_line, toml_value
@@ -32,15 +32,11 @@ ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
 
 
 class Default(NamedTuple):
-    """A number, or a factor on the quantity `of` of `[drives]`, with its source.
-
-    A second number is that of prismatic joints (max_velocity, zeros), of the amplifier offset (coulomb_asymmetry), or
-    the upper end (resonance).
-    """
+    """A number, or a factor on the quantity `of` of `[drives]`, with its source."""
 
     value: float
     source: str
-    second: float = 0.0
+    second: float = 0.0  # of prismatic joints, of the amplifier offset beside the asymmetry, upper end of resonances
     of: str = ""
 
 
@@ -67,7 +63,6 @@ DEFAULTS = {
     "resonance": Default(20.0, "rotor resonances on the transmissions at 20 to 30 Hz", second=30.0),
     "zeros": Default(0.00175, "0.1 degrees, 0.1 mm for a prismatic joint: a calibrated arm", second=0.0001),
 }
-"""All defaults."""
 STATES, PACE = 200, 1.0 / 3.0
 """Number of random states for torques, and their speed and acceleration relative to the largest ones."""
 LOADED = 0.3
@@ -105,8 +100,9 @@ class Stated:
 
     def toml(self) -> str:
         """Return the lines of its table, without the header."""
-        value = [float(f"{x:.6g}") for x in self.value]
-        return f"value = {value}\norigin = {toml_value(self.origin)}\nsource = {toml_value(self.source)}"
+        return (
+            f"value = {_digits(self.value, 6)}\norigin = {toml_value(self.origin)}\nsource = {toml_value(self.source)}"
+        )
 
     def assumed(self, j: int) -> bool:
         """Return whether the number of a joint is assumed."""
@@ -164,11 +160,10 @@ class NewRobot:
         """Return the text of its scenario file. `predicted` are relative standard deviations of the gains."""
         believed = {key: value for key, value in payload_to_table(self.payload).items() if key != "known"}
         true = {key: value for key, value in believed.items() if not key.endswith("_std")}
-        tolerance = [float(f"{max(0.02, 4.0 * min(each, 1.0)):.2g}") for each in predicted]
+        tolerance = _digits(np.maximum(0.02, 4.0 * np.minimum(predicted, 1.0)), 2)
         resonance, zeros = DEFAULTS["resonance"], DEFAULTS["zeros"]
-        stiffest = 1.0 / (self.drives["rotor_inertia"].value * (2.0 * np.pi * resonance.second) ** 2)
-        soft = [float(f"{c:.3g}") for c in stiffest]
-        more = [float(f"{c * ((resonance.second / resonance.value) ** 2 - 1.0):.3g}") for c in soft]
+        soft = _digits(1.0 / (self.drives["rotor_inertia"].value * (2.0 * np.pi * resonance.second) ** 2), 3)
+        more = _digits(np.array(soft) * ((resonance.second / resonance.value) ** 2 - 1.0), 3)
         elastic = (
             f"""[sources."joint elasticity"]  # assumed: {resonance.source}
 target = "plant.errors.joint_compliance"
@@ -212,8 +207,8 @@ prismatic joint
 
     def write(self, folder: Path, model: str, predicted: Sequence[float]) -> None:
         """Write robot and scenario file; `model` is the path of the model file in the former."""
-        for name, text in ((ROBOT, self.robot_text(model)), (SCENARIO, self.scenario_text(predicted))):
-            (folder / name).write_text(text, encoding="utf-8")
+        (folder / ROBOT).write_text(self.robot_text(model), encoding="utf-8")
+        (folder / SCENARIO).write_text(self.scenario_text(predicted), encoding="utf-8")
 
     def design(self) -> Design:
         """Return the problem of a motion for its scenario, as read from its files, without leaving them."""
@@ -237,8 +232,7 @@ def new_robot(
     `payload` a file, or the mass of a bar [kg]; None for defaults. Raises `RobotModelError` if the file is no arm, or
     identification and simulation read it differently, a `SimulationError` or `PayloadError` if it cannot be simulated.
     """
-    arm, facts = read_arm(path, (), flange=flange, own_motors=False), model_facts(path, flange)
-    _, minimal = load_joints(path, flange=flange)
+    (arm, minimal), facts = joints_of_both(path, (), flange), model_facts(path, flange)
     transmission = stated_transmission(minimal, arm.joint_names)
     if transmission is None:
         check_own_motors(arm, minimal)
@@ -287,20 +281,15 @@ def drives_by_default(
     A: Array,
     torque: Sequence[float] | None = None,
 ) -> dict[str, Stated]:
-    """Return the tables of a robot file's `[drives]`, by name.
-
-    `need` returns torques at random states (., n) with speeds up to these, `torque` are stated largest ones [N m or N],
-    all of the motors, which the joints turn by A, shape (n, n).
-    """
+    """Return the tables of `[drives]`, of motors, which turn by A q; `need` has torques at speeds up to given ones."""
 
     def stated(values: Mapping[str, float], name: str, default: Array) -> Stated:
         """Return the values of the file, completed by a default."""
-        value = [float(f"{values.get(joint, default[j]):.4g}") for j, joint in enumerate(arm.joint_names)]
+        value = _digits([values.get(joint, default[j]) for j, joint in enumerate(arm.joint_names)], 4)
         origin = tuple("published" if joint in values else "assumed" for joint in arm.joint_names)
         parts = [f"stated in {model.name}"] * ("published" in origin) + [DEFAULTS[name].source] * ("assumed" in origin)
-        return Stated(
-            np.array(value), "; where it does not: ".join(parts), origin if len(set(origin)) > 1 else origin[0]
-        )
+        one = origin if len(set(origin)) > 1 else origin[0]
+        return Stated(np.array(value), "; where it does not: ".join(parts), one)
 
     usual = DEFAULTS["max_velocity"]
     speed = stated(facts.velocity, "max_velocity", np.abs(A) @ np.where(arm.revolute, usual.value, usual.second))
@@ -321,10 +310,9 @@ def drives_by_default(
 
 
 def first_payload(arm: Arm, carried: Array, usual: float, rated: float | None) -> tuple[Payload, str]:
-    """Return a steel bar of the rated or usual mass [kg], or what the weakest joint can carry, and its source.
+    """Return a steel bar of the rated or usual mass, or what the weakest joint can carry [kg], and its source.
 
-    `carried` are the masses that take the whole torque of each joint [kg], shape (n,). Raises `PlantError` if a
-    joint carries next to nothing.
+    `carried` are the masses that take the whole torque of each joint; `PlantError` if a joint carries next to nothing.
     """
     weakest = int(carried.argmin())
     limits = [
@@ -344,11 +332,7 @@ def first_payload(arm: Arm, carried: Array, usual: float, rated: float | None) -
 
 
 def home_pose(arm: Arm, facts: ModelFacts, design: Design, given: Sequence[float] | None = None) -> Stated:
-    """Return a given start pose, or of keyframe, zero, middle of the ranges and random poses the first clear one.
-
-    If no pose is clear of floor and arm, it is the one with the largest distance. Raises `PlantError` if the given
-    pose is outside the arm's ranges.
-    """
+    """Return a given start pose, or the first of several that is clear of floor and arm, or the farthest from them."""
     limits = design.limits
     if given is not None:
         for name, q, low, high in zip(arm.joint_names, given, limits.lower, limits.upper, strict=True):
@@ -356,11 +340,8 @@ def home_pose(arm: Arm, facts: ModelFacts, design: Design, given: Sequence[float
                 raise PlantError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
         return Stated(np.array(given), "the pose that rx90 new-robot was given")
     random = limits.center + 0.5 * limits.half * np.random.default_rng(0).uniform(-1.0, 1.0, (100, arm.n))
-    poses = [
-        (np.zeros(arm.n), "zero"),
-        (limits.center, "the middle of the ranges"),
-        *((q, "a random pose") for q in random),
-    ]
+    poses = [(np.zeros(arm.n), "zero"), (limits.center, "the middle of the ranges")]
+    poses += [(q, "a random pose") for q in random]
     if all(name in facts.home for name in arm.joint_names):
         poses.insert(0, (np.array([facts.home[name] for name in arm.joint_names]), "a keyframe of the model file"))
     inside = [(q, what) for q, what in poses if (np.abs(q - limits.center) <= 0.7 * limits.half).all()]
@@ -372,8 +353,7 @@ def home_pose(arm: Arm, facts: ModelFacts, design: Design, given: Sequence[float
 def random_torques(arm: Arm, model: Path, flange: str | None, A: Array, speed: Array, load: Payload | None) -> Array:
     """Return torques of the motors, which turn by A q, at random states [N m or N], shape (STATES, n).
 
-    A joint's speed is up to `PACE` times what each motor, at its own of `speed`, allows it if the others rest. Joints
-    without limits turn by half a turn either way.
+    A joint's speed is up to `PACE` times what each motor, at its own of `speed`, allows it if the others rest.
     """
     with np.errstate(divide="ignore"):
         speed = (speed[:, None] / np.abs(A)).min(axis=0)
@@ -387,10 +367,7 @@ def random_torques(arm: Arm, model: Path, flange: str | None, A: Array, speed: A
 
 
 def bar(arm: Arm, mass: float) -> Payload:
-    """Return a steel bar of a mass [kg], sides 1 : 1 : 3, the long one along z of the last link.
-
-    Its centre is an eighth of the reach off the last axis, and along it on the side away from the preceding joint.
-    """
+    """Return a steel bar of a mass [kg], sides 1 : 1 : 3, an eighth of the reach off the last axis."""
     axis, step = arm.axis[-1], arm.translation[-1]
     reach = float(np.linalg.norm(arm.translation[1:], axis=1).sum()) or 1.0
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
@@ -398,5 +375,10 @@ def bar(arm: Arm, mass: float) -> Payload:
     outwards = 1.0 if axis @ (arm.rotation[-1].T @ step) >= 0.0 else -1.0
     x, y, z = np.round(reach * (0.1 * across + 0.07 * np.cross(axis, across) + 0.06 * outwards * axis), 3).tolist()
     side = (mass / (3.0 * 7850.0)) ** (1.0 / 3.0)  # of steel [kg/m^3]
-    thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
+    thick, thin = _digits([mass * side**2 * k / 12.0 for k in (10.0, 2.0)], 4)
     return Payload(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))
+
+
+def _digits(values: Iterable[float], digits: int) -> list[float]:
+    """Return numbers rounded to significant digits."""
+    return [float(f"{value:.{digits}g}") for value in values]

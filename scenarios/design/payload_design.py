@@ -8,6 +8,7 @@ torques of the drives and the distance to floor and arm.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from pydantic import Field
@@ -67,10 +68,7 @@ class Weight:
 
     @property
     def blocks(self) -> Array:
-        """Extent along x, y, z and centre of each block in the payload's axes [mm], shape (., 2, 3).
-
-        The first is on the flange; the bracket of a bar covers the flange's face.
-        """
+        """Extents and centre of each block in the payload's axes [mm], (., 2, 3), first that on the flange."""
         first, *others, offset = self.dimensions
         if self.shape == "bar":
             reach = FACE + max(FACE, offset + first / 2.0)
@@ -88,16 +86,11 @@ class Weight:
     def solids(self, flange: Flange) -> tuple[Solid, ...]:
         """Return its blocks in the frame of the last link."""
         rotation = flange.rotation @ Rotation.from_euler("z", 90.0 * self.quarter, degrees=True).as_matrix()
-        cylinder = self.shape == "cylinder"
-        return tuple(
-            Solid(
-                cylinder=cylinder,
-                size=tuple((MM / 2.0 * edges[1 if cylinder else 0 :]).tolist()),
-                center=flange.origin + MM * rotation @ center,
-                rotation=rotation,
-            )
-            for edges, center in self.blocks
-        )
+        cylinder, solids = self.shape == "cylinder", list[Solid]()
+        for edges, center in self.blocks:
+            size, at = tuple((MM / 2.0 * edges[int(cylinder) :]).tolist()), flange.origin + MM * rotation @ center
+            solids.append(Solid(cylinder=cylinder, size=size, center=at, rotation=rotation))
+        return tuple(solids)
 
 
 def mass_properties(solids: Sequence[Solid], density: float) -> Array:
@@ -283,17 +276,14 @@ class PayloadSearch:
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
-        bounds = np.array([*SHAPES[shape].values(), (0, 3)], dtype=np.float64)
-        calls = 0
+        bounds, calls = np.array([*SHAPES[shape].values(), (0, 3)], dtype=np.float64), count(1)
 
         def weight(x: Array) -> Weight:
             *dimensions, quarter = np.rint(x).tolist()
             return Weight(shape=shape, dimensions=tuple(dimensions), quarter=int(quarter), density=self.density)
 
         def cost(x: Array) -> float:
-            nonlocal calls
-            calls += 1
-            tell(min(calls / (POPULATION * len(bounds) * (GENERATIONS + 1)), 1.0))
+            tell(min(next(calls) / (POPULATION * len(bounds) * (GENERATIONS + 1)), 1.0))
             return self.cost(weight(x))
 
         found = optimize.differential_evolution(
@@ -348,7 +338,6 @@ def design_payload(
     mounts no payload, or none is feasible.
     """
     payloads = PayloadSearch(setup, density)
-
     found = list[tuple[bool, float, DesignedWeight]]()
     for number, shape in enumerate(SHAPES):
         weight = payloads.best(
@@ -358,9 +347,8 @@ def design_payload(
         found.append((each.refusal is not None, objective(deviations.total), each))
     first, *_ = candidates = [each for *_, each in sorted(found, key=lambda row: row[:2])]
     if first.refusal is not None:
-        raise ScenarioError(
-            f"{setup.scenario.name}: no payload meets the limits: the best {first.shape} {first.refusal}"
-        )
+        said = f"no payload meets the limits: the best {first.shape} {first.refusal}"
+        raise ScenarioError(f"{setup.scenario.name}: {said}")
     before = payloads.effect(payloads.design.carried, payloads.own)
     return PayloadDesign(
         scenario=setup.scenario.name,

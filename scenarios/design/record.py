@@ -53,28 +53,19 @@ SAFETY = (
 
 
 def sampled(setup: Setup, rate_hz: float) -> States:
-    """Return the motion of a scenario's motors at a rate [Hz], to its end: the last period may be shorter.
-
-    Raises `ScenarioError` if there are too many samples.
-    """
+    """Return the motion of a scenario's motors at a rate [Hz], to its end: the last period may be shorter."""
     motion = setup.experiments[0].trajectory
     periods = math.ceil(motion.duration * rate_hz * (1.0 - 1e-9))  # of a whole number
     if not 1 <= periods <= MOST:
-        raise ScenarioError(
-            f"{setup.scenario.name}: {motion.duration:g} s at {rate_hz:g} Hz are {periods:g} samples; "
-            f"expected 1 to {MOST}"
-        )
+        said = f"{motion.duration:g} s at {rate_hz:g} Hz are {periods:g} samples; expected 1 to {MOST}"
+        raise ScenarioError(f"{setup.scenario.name}: {said}")
     t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
     return of_motors(States(t, *motion(t)), setup.plant.robot.motors)
 
 
 def controller_files(setup: Setup, motion: States) -> dict[str, str]:
-    """Return the motion as texts by name: CSV, ROS 2 `JointTrajectory`, and URScript for an arm with its joints.
-
-    CSV has the columns t, q1 .. qn, dq1 .. dqn, ddq1 .. ddqn, all digits, below a comment. The first point of ROS is
-    the start position. URScript is a slow `movej` to the start, then one `servoj` per sample.
-    """
+    """Return the motion as texts by name: CSV, ROS 2 `JointTrajectory`, and URScript for an arm with its joints."""
     arm, text = setup.structure.arm, StringIO()
     names = [f"{kind}{j}" for kind in ("q", "dq", "ddq") for j in range(1, arm.n + 1)]
     comment = f"# s, rad, rad/s, rad/s^2 (m for prismatic joints); joints: {', '.join(arm.joint_names)}"
@@ -152,11 +143,9 @@ class Recorded(ResultModel):
             "acceleration": used[1] > 1.0,
         }
         beyond = [f"joint {j + 1}: {what}" for j in range(arm.n) for what, beyond in over.items() if beyond[j]]
-        samples, end = len(motion.t), float(motion.t[-1])
         A = None if arm.transmission is None else arm.transmission.tolist()
-        return cls(
-            files=[], kept=[], samples=samples, duration_s=end, joints=joints, beyond_limits=beyond, transmission=A
-        )
+        size = {"samples": len(motion.t), "duration_s": float(motion.t[-1])}
+        return cls(files=[], kept=[], joints=joints, beyond_limits=beyond, transmission=A, **size)
 
     def motion(self) -> list[Part]:
         """Return the table of the motion, and the limits that it exceeds."""

@@ -66,10 +66,9 @@ class NewRobotResult(ResultModel):
         none = [j for j, ok in enumerate(self.identifiable, 1) if not ok]
         size = " to ".join(dict.fromkeys(two_digits(100.0 * each) for each in (min(sizes), max(sizes))))
         but = f", not of {joints_named(none)}" if none else ""
-        words = (
-            f"{len(sizes)} of {len(self.joints)} gains are identifiable{but}; predicted standard deviation {size} %."
-        )
-        yield Paragraph(words, Mood.DOUBTFUL if none else Mood.GOOD, strong=True)
+        words = f"{len(sizes)} of {len(self.joints)} gains are identifiable{but}"
+        mood = Mood.DOUBTFUL if none else Mood.GOOD
+        yield Paragraph(f"{words}; predicted standard deviation {size} %.", mood, strong=True)
         yield table(
             list(zip(self.joints, self.limits, self.predicted_rel_std, self.identifiable, strict=True)),
             column("Joint", lambda row: row[1].joint),
@@ -105,9 +104,8 @@ def found_motion(
 ) -> tuple[FourierTrajectory, NewRobotResult]:
     """Find a motion that identifies the gains of a new robot, for the files in a folder.
 
-    `search` returns successively better motions of a search, numbered from 0, the best last; `advice` is what to
-    try if none is found. Raises `TrajectoryError` if none is found, `PlantError` if the payload that the arm can
-    carry identifies no gain.
+    `search` returns successively better motions of an attempt, from 0. Raises `TrajectoryError`, with `advice`, if none
+    is found, `PlantError` if the payload identifies no gain.
     """
     design, arm, payload = new.design(), new.arm, new.payload
     series = Series.harmonic(design.limits, HARMONICS, DURATION, TIMES)
@@ -165,35 +163,23 @@ def _remarks(new: NewRobot, design: Design) -> Iterator[str]:
     """Yield remarks on the arm, its home pose and its file."""
     facts, distance = new.facts, float(design.clearance(new.home.value[None])[0])
     near = ", ".join(f"{one} and {other}" for one, other in design.clearance.always_near)
-    for about, said in (
-        (
-            new.transmission is not None,
-            f"Motors on tendons of the file turn several joints: transmission in {ROBOT}; {TURNED}.",
-        ),
-        (facts.locked, f"Locked, as they are not joints of the chain to {new.flange}: {', '.join(facts.locked)}."),
-        (distance < CLEAR, f"Home {near_words(distance)} floor or arm; give a pose clear of both with --home."),
-        (
-            near,
-            f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}.",
-        ),
-        (
-            facts.ignored,
+    if new.transmission is not None:
+        yield f"Motors on tendons of the file turn several joints: transmission in {ROBOT}; {TURNED}."
+    if facts.locked:
+        yield f"Locked, as they are not joints of the chain to {new.flange}: {', '.join(facts.locked)}."
+    if distance < CLEAR:
+        yield f"Home {near_words(distance)} floor or arm; give a pose clear of both with --home."
+    if near:
+        yield f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}."
+    if facts.ignored:
+        yield (
             f"The file's {', '.join(facts.ignored)} of joints are ignored, as they often serve only numerical "
-            "stability. Friction and rotor inertias in robot.toml are defaults; replace them by measured values.",
-        ),
-        (
-            facts.from_shapes,
-            "The file states no inertia of these links, so it is computed from their shapes: "
-            f"{', '.join(facts.from_shapes)}.",
-        ),
-        (
-            facts.missing_meshes,
-            f"Meshes that are missing or cannot be compiled, so clearance is checked without them: "
-            f"{', '.join(facts.missing_meshes)}.",
-        ),
-    ):
-        if about:
-            yield said
+            "stability. Friction and rotor inertias in robot.toml are defaults; replace them by measured values."
+        )
+    if links := ", ".join(facts.from_shapes):
+        yield f"The file states no inertia of these links, so it is computed from their shapes: {links}."
+    if meshes := ", ".join(facts.missing_meshes):
+        yield f"Meshes that are missing or cannot be compiled, so clearance is checked without them: {meshes}."
 
 
 def write_new_robot(new: NewRobot, motion: FourierTrajectory, predicted: Sequence[float], folder: Path) -> None:

@@ -41,8 +41,7 @@ HARMONICS = 108
 GRID = 4096
 """Number of samples of a period for computing the coefficients."""
 FAST, SLOW = (0.5, 0.1), (0.1, 0.02)
-"""Assumed speeds of revolute [rad/s] and prismatic joints [m/s]: the largest one, and that of a row weight of 1/2.
-"""
+"""Assumed speeds of revolute [rad/s] and prismatic joints [m/s]: the largest one, and that of a row weight of 1/2."""
 TORQUE_SHARE = 0.7
 """Share of a joint's torque at the current limit that arm and payload may take, assumed. It leaves room for a gain 15 %
 low, 10 % more torque against load-dependent friction and 5 % against other friction: 0.7 x 1.15 / 0.85 = 0.95.
@@ -58,8 +57,7 @@ STEP, SMALL_STEP = 0.2, 0.05
 POSITIONS, ADMISSIBLE = 2000, 30
 """Number of random positions if home is not feasible, and number of feasible ones that are used."""
 APART = 0.01
-"""Smallest cost difference of motions that are fitted: 1 % of a standard deviation. Closer ones usually fail together.
-"""
+"""Smallest cost difference of motions that are fitted: 1 % of a deviation. Closer ones usually fail together."""
 
 Judge = Callable[[Sequence[Array]], list[float]]
 """Function that returns the costs of motions."""
@@ -84,10 +82,7 @@ class Series:
 
     @classmethod
     def holds(cls, limits: Limits, duration: float) -> "Series":
-        """Return the parametrisation by the poses at the ends of the legs, to which the weights are proportional.
-
-        Raises `ScenarioError` if sweeps and holds would be too short.
-        """
+        """Return the parametrisation by the poses at the ends of the legs, to which the weights are proportional."""
         if duration < SHORTEST:
             raise ScenarioError(
                 f"--duration {duration:g}: {4 * LEGS} slow sweeps and as many holds need {SHORTEST:g} s or more"
@@ -145,10 +140,9 @@ class Series:
 
 
 def hold_design(design: Design) -> tuple[Design, Mask]:
-    """Return a design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
+    """Return the problem for holds and slow sweeps, of joints that the payload loads at rest, and a mask of the others.
 
-    Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest
-    have no weight. Raises `ScenarioError` if the payload loads none of these joints at rest.
+    Rows of a joint at rest have no weight. Raises `ScenarioError` if the payload loads no joint at rest.
     """
     structure = design.structure
     q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
@@ -192,10 +186,9 @@ class Searched(ResultModel):
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
-    """Return initial centres of motions, shape (k, n): home, if it is feasible at rest, else random feasible positions.
+    """Return initial centres of motions, (k, n): home [rad or m] if it is feasible at rest, else random feasible ones.
 
-    `home` is that of the robot's file [rad or m], shape (n,). Raises `TrajectoryError` if there are none, of the
-    kind `NO_POSITION`.
+    Raises `TrajectoryError` of the kind `NO_POSITION` if there are none.
     """
     if design.at_rest(home[None])[0] == 0.0:
         return home[None]
@@ -222,10 +215,7 @@ def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Foun
 
 
 def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:
-    """Yield successively better motions, one per generation of CMA-ES; the same seed gives the same ones.
-
-    `step` is the initial step size, `evaluations` the number of motions to try, without the random ones at the start.
-    """
+    """Yield the best motion so far, one per generation of CMA-ES, of an initial step and a number of motions to try."""
     found = first
     yield found
     options = {"seed": seed + 1, "maxfevals": evaluations, "verbose": -9}
@@ -247,31 +237,27 @@ def judge_in(pool: Executor, workers: int, design: Design, series: Series) -> Ju
     def judge(points: Sequence[Array]) -> list[float]:
         bounds = np.linspace(0, len(points), workers + 1).astype(int)
         parts = [points[a:b] for a, b in pairwise(bounds) if b > a]
-        return [cost for part in [pool.submit(costs_of, stated, part) for part in parts] for cost in part.result()]
+        return [cost for part in [pool.submit(_costs, stated, part) for part in parts] for cost in part.result()]
 
     return judge
 
 
-def costs_of(stated: bytes, points: Sequence[Array]) -> list[float]:
-    """Return costs of some motions, in a worker."""
+_prepared = lru_cache(maxsize=1)(pickle.loads)  # in a worker
+
+
+def _costs(stated: bytes, points: Sequence[Array]) -> list[float]:
     design, series = _prepared(stated)
     return [design.cost(series.motion(x)) for x in points]
 
 
-@lru_cache(maxsize=1)
-def _prepared(stated: bytes) -> tuple[Design, Series]:
-    return pickle.loads(stated)
-
-
 def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:
-    """Return the motion of a search with the lowest cost after it is scaled to the limits.
+    """Return the motion, of successively better ones, with the lowest cost after it is scaled to the limits.
 
-    Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` are
-    successively better motions. Raises `TrajectoryError` with the violation of the best if none can be scaled.
+    Raises `TrajectoryError` with the violation of the best if none can be scaled.
     """
     best, least, reason, tried = None, np.inf, "", -np.inf
     for found in reversed(kept):
-        if found.cost >= least:
+        if found.cost >= least:  # scaling hardly ever lowers a cost
             break
         if found.cost < tried + APART:
             continue

@@ -47,8 +47,7 @@ def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], A
     """Return mean and standard deviation of the errors of k gains from a draw, shape (2, k).
 
     `error` returns the errors (k,) with some settings. It is linearised about the mean of all numbers, in steps of
-    one standard deviation of each independent number; values of a set are each taken in turn. Raises
-    `ScenarioError` if the draw is not possible, or a number has no mean or standard deviation.
+    one standard deviation of each independent number; values of a set are each taken in turn.
     """
     if draw.choice is not None:
         middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
@@ -56,35 +55,28 @@ def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], A
         return np.stack((at.mean(axis=0), at.std(axis=0)))
     mean, std = spread_of(draw, table)
     if not (np.isfinite(mean).all() and np.isfinite(std).all()):
-        raise ScenarioError(
-            f"{', '.join(draw.targets)}: distribution {draw.distribution} with these parameters has no finite mean or "
-            "standard deviation"
-        )
+        said = f"distribution {draw.distribution} with these parameters has no finite mean or standard deviation"
+        raise ScenarioError(f"{', '.join(draw.targets)}: {said}")
     bias = error(applied(draw, mean, table))
     steps = [std] if draw.shared else np.diag(std)
     return np.stack((bias, np.linalg.norm([error(applied(draw, mean + step, table)) - bias for step in steps], axis=0)))
 
 
 class Predictor:
-    """Predicts the errors of a scenario's gains from its sources with one linearised estimate.
+    """Predicts the errors of a scenario's gains from its sources with one linearised estimate, at medians of all draws.
 
-    Random values and sources have their medians, and there is one realisation of the scenario's noise, with which
-    methods select their model. `joints` are the k ones with a gain that is required, from 0; `other_noise` is the error
-    from noise that is on with every source off, None without any, and `unknown` its streams of unknown spectrum.
+    `joints` are the k ones with a gain that is required, from 0; `other_noise` is the error from noise that is on with
+    every source off, None without any, and `unknown` its streams of unknown spectrum.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         """Linearise the estimate, and prepare the logs and their noise with every source off.
 
-        Raises `ScenarioError` if the scenario declares no error sources, wrong ones, or requires no gain, or its method
-        has no first-order model; `IdentificationError` if there is no gain, `SimulationError` if no plant can be built.
+        Raises `ScenarioError` as `sources_of`, `IdentificationError` if there is no gain, `SimulationError` if no plant
+        can be built.
         """
         sources, table = sources_of(scenario), scenario.table
         wanted = np.flatnonzero(table.tolerance.identifiable)
-        if not wanted.size:
-            raise ScenarioError(
-                f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute"
-            )
         middle = dict[str, Value]()
         for draw in table.random.values():
             middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
@@ -109,7 +101,7 @@ class Predictor:
         return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
 
     def drawn(self, source: DrawTable) -> Array:
-        """Return mean and standard deviation of the errors from a drawn source, all others off, shape (2, k).
+        """Return mean and standard deviation of the errors from a drawn source, all others off, (2, k).
 
         The estimate is the linearised one if only currents change, else a new one; `ScenarioError` if neither can be.
         """
@@ -149,8 +141,7 @@ class Predictor:
         std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.true_gain[self.joints])
         return np.stack((np.zeros(len(std)), std))
 
-    def _logged(self, settings: Settings) -> tuple[Setup, tuple[Expected, ...]]:
-        """Return the scenario with these settings and all sources off, and its logs."""
+    def _logged(self, settings: Settings) -> tuple[Setup, tuple[Expected, ...]]:  # with all sources off
         setup = setup_of(with_settings(self._off, settings))
         return setup, expected_logs(setup, self.linear.every)
 

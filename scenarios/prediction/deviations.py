@@ -120,11 +120,7 @@ class Deviations:
 
 
 def predicted(rows: MotionRows, structure: Structure, method: str) -> Callable[[Carried], Deviations]:
-    """Prepare the rows of a motion, and return a function that predicts the standard deviations for a payload.
-
-    Joints whose gains are found together share link parameters; their friction differs between motions, their offset
-    does not. An estimator of `JOINTWISE` finds each gain alone, with common friction of both motions.
-    """
+    """Prepare the rows of a motion, and return a function that predicts the standard deviations for a payload."""
     n, base, normals = rows.bare.shape[1], structure.base.columns, list[Array]()
     groups = [[j] for j in range(n)] if method in JOINTWISE else [list(range(n))]
     offset, friction = _own("off", n), np.stack([_own(name, n) for name in FRICTION])
@@ -155,15 +151,14 @@ def predicted(rows: MotionRows, structure: Structure, method: str) -> Callable[[
     return predict
 
 
-def _own(name: str, n: int) -> Indices:
-    """Return the column of each joint's parameter of that name."""
+def _own(name: str, n: int) -> Indices:  # the column of each joint's parameter
     return len(STANDARD) * np.arange(n) + STANDARD.index(name)
 
 
 def _information(G: Array, what: Carried, variance: float) -> tuple[Array, Array]:
     """Return a joint's information on [A, unknown payload, ln g], and the effect of errors of the known payload.
 
-    G is its normal matrix (m, m) of [A, Y, bare torque]; without bare torque, the payload alone has the gain's column.
+    G is its normal matrix (m, m) of [A, Y, bare torque], the last 0 if the payload alone has the gain's column.
     """
     b = len(G) - len(what.chi) - 1
     free = b + np.flatnonzero(~what.known.mask)
@@ -177,10 +172,8 @@ def _information(G: Array, what: Carried, variance: float) -> tuple[Array, Array
 
 
 def _deviations(info: Array, push: Array, gains: int) -> tuple[Array, Array]:
-    """Return the deviations of the last unknowns, the gains, by noise and by the payload, with all others free.
-
-    The others are eliminated (Schur complement), without their directions that have no information.
-    """
+    """Return the deviations of the last unknowns, the gains, by noise and by the payload, with all others free."""
+    # The others are eliminated (Schur complement), without their directions that have no information.
     others, cross = info[:-gains, :-gains], info[:-gains, -gains:]
     scale = np.sqrt(np.maximum(np.diag(others), TINY))
     values, vectors = np.linalg.eigh(others / np.outer(scale, scale))

@@ -60,13 +60,9 @@ class Expected:
 
     def louder(self, sensors: SensorOptions, every: int) -> list[str]:
         """Return noise streams that differ with other settings of sensors and the same log."""
-        other, own = Expected.of(self.log, sensors, every), {x.stream: x for x in self.noises}
-        same = [
-            x.stream in own and np.array_equal(own[x.stream].q, x.q) and np.array_equal(own[x.stream].v, x.v)
-            for x in other.noises
-        ]
-        differing = [x.stream for x, equal in zip(other.noises, same, strict=True) if not equal]
-        return differing + [stream for stream in other.unknown if stream not in self.unknown]
+        other, own = Expected.of(self.log, sensors, every), {x.stream: (x.q, x.v) for x in self.noises}
+        found = [x.stream for x in other.noises if not np.array_equal(own.get(x.stream, ()), (x.q, x.v))]
+        return found + [stream for stream in other.unknown if stream not in self.unknown]
 
 
 def enough(setup: Setup) -> int:
@@ -88,11 +84,7 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 
 
 def expected_preparation(setup: Setup, every: int) -> Prepared:
-    """Return the expected logs as prepared for identification, each with one realisation of its noise.
-
-    Methods that weight rows or select a model by the residual need the noise. Raises `RecordingError` if one cannot
-    be filtered, `PlantError` if a plant cannot be built.
-    """
+    """Return the expected logs as prepared for identification, with the noise that some methods need."""
     rng = np.random.default_rng(0)
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
     recordings = [log.recording(experiment.name, rng) for log, experiment in logs]
@@ -114,10 +106,7 @@ class Linearised:
 
     @classmethod
     def of(cls, setup: Setup, every: int) -> "Linearised":
-        """Estimate the gains of a prepared scenario from its expected logs.
-
-        Raises `IdentificationError` if there is no gain to identify, `PlantError` if a plant cannot be built.
-        """
+        """Estimate the gains of a prepared scenario from its expected logs; raises as preparation and estimator."""
         chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
         expected = expected_preparation(setup, every)
         in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])

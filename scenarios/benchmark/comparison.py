@@ -30,7 +30,7 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import SERIES, Plot, draw_bars, draw_intervals
+from scenarios.rendering.plot import SERIES, Plot, draw_bars, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import read_result, repeated
 from scenarios.results.studies import NORMAL, in_percent
@@ -166,12 +166,13 @@ class ComparedScenario(ResultModel):
             y="Rms error [%]",
             draw=partial(draw_bars, joints=joints, series=rms),
         )
-        yield Plot(
-            title="Coverage of two estimated standard deviations",
-            caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
-            x="Joint",
-            y="Held [% of gains]",
-            draw=partial(draw_intervals, joints=joints, series=held, limit=100.0 * NORMAL),
+        yield intervals_plot(
+            "Coverage of two estimated standard deviations",
+            f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
+            "Held [% of gains]",
+            joints,
+            held,
+            limit=100.0 * NORMAL,
         )
 
 

@@ -264,6 +264,7 @@ def setup_of(scenario: Scenario) -> Setup:
         flange=plant.robot.flange,
         transmission=plant.robot.transmission,
     )
+    stated = {name: getattr(table.experiment, name) for name in ("controller", "sensors", "step", "warm_up", "pause")}
     experiments = tuple(
         Experiment(
             name=name,
@@ -271,12 +272,8 @@ def setup_of(scenario: Scenario) -> Setup:
             loaded=carried != BARE,
             trajectory=motion,
             belief=belief,
-            controller=table.experiment.controller,
-            sensors=table.experiment.sensors,
-            step=table.experiment.step,
             earlier=earlier,
-            warm_up=table.experiment.warm_up,
-            pause=table.experiment.pause,
+            **stated,
         )
         for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )

@@ -114,26 +114,13 @@ def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -
         passes, failed = (int(np.count_nonzero(each)) for each in (own["passed"], own["failure"].notna()))
         passed, allowed = coverage_of(passes, trials), allowed_misses(trials, wanted, false_alarm / joints)
         errors = error_statistics(with_gain["rel_error"].to_numpy(), with_gain["claimed"].to_numpy())
-        within = {k: float(np.mean(np.abs(z) < k)) if gains else None for k in (1.0, 2.0)}
-        found.append(
-            JointStatistics(
-                joint=joint,
-                trials=trials,
-                failed=failed,
-                refused=trials - failed - gains,
-                **errors,
-                bias_std=None if errors["spread"] is None else errors["spread"] / float(np.sqrt(gains)),
-                cover_1=within[1.0],
-                cover_2=within[2.0],
-                pass_rate=passed.share,
-                pass_low=passed.low,
-                pass_high=passed.high,
-                wanted=wanted,
-                allowed=allowed,
-                # with too few trials to test the rate, every one must pass
-                held=trials - passes <= (allowed if allowed < trials else 0),
-            )
-        )
+        errors["bias_std"] = None if errors["spread"] is None else errors["spread"] / float(np.sqrt(gains))
+        errors |= {f"cover_{k}": float(np.mean(np.abs(z) < k)) if gains else None for k in (1, 2)}
+        rates = {"pass_rate": passed.share, "pass_low": passed.low, "pass_high": passed.high, "wanted": wanted}
+        # With too few trials to test the rate, every one must pass.
+        held = trials - passes <= (allowed if allowed < trials else 0)
+        counts = {"joint": joint, "trials": trials, "failed": failed, "refused": trials - failed - gains}
+        found.append(JointStatistics.model_validate({**counts, **errors, **rates, "allowed": allowed, "held": held}))
     return tuple(found)
 
 

@@ -61,8 +61,12 @@ class Expected:
     def louder(self, sensors: SensorOptions, every: int) -> list[str]:
         """Return noise streams that differ with other settings of sensors and the same log."""
         other, own = Expected.of(self.log, sensors, every), {x.stream: (x.q, x.v) for x in self.noises}
-        found = [x.stream for x in other.noises if not np.array_equal(own.get(x.stream, ()), (x.q, x.v))]
-        return found + [stream for stream in other.unknown if stream not in self.unknown]
+        differing = [
+            x.stream
+            for x in other.noises
+            if x.stream not in own or not all(map(np.array_equal, own[x.stream], (x.q, x.v)))
+        ]
+        return differing + [stream for stream in other.unknown if stream not in self.unknown]
 
 
 def enough(setup: Setup) -> int:

@@ -4,8 +4,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pandas as pd
@@ -22,8 +22,6 @@ from scenarios.experiments.workers import completed, dask_workers
 from scenarios.support.errors import ScenarioError
 
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
-
-
 Cluster = tuple[Path, subprocess.Popen]
 
 
@@ -56,39 +54,16 @@ def cluster(folder: Path) -> Iterator[Cluster]:
             process.wait()
 
 
-@pytest.fixture(scope="module")
-def living(tmp_path_factory) -> Iterator[Callable[[], Cluster]]:
-    """A cluster for all tests, another one where a test has killed it."""
-    with ExitStack() as stack:
-        started = list[Cluster]()
-
-        def one() -> Cluster:
-            if not started or started[-1][1].poll() is not None:
-                started.append(stack.enter_context(cluster(tmp_path_factory.mktemp("cluster"))))
-            return started[-1]
-
-        yield one
-
-
-@pytest.fixture
-def workers(living):
-    with dask_workers(str(living()[0])) as workers:
-        yield workers
-
-
 @pytest.mark.slow
-def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, scenario, tmp_path):
+def test_a_cluster_has_the_rows_of_a_study_at_home_and_gives_up_a_task_that_kills_its_workers(scenario, tmp_path):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
-    there, here = (
-        carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
-        for name, where in (("cluster", workers), ("home", HERE))
-    )
+    with cluster(tmp_path) as (file, _), dask_workers(str(file)) as workers:
+        there, here = (
+            carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
+            for name, where in (("cluster", workers), ("home", HERE))
+        )
+        found = dict(completed(workers, double_or_die, range(11, 16)))
     pd.testing.assert_frame_equal(there, here, check_exact=True)
-
-
-@pytest.mark.slow
-def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
-    found = dict(completed(workers, double_or_die, range(11, 16)))
     assert found.pop(13).kind == "WorkerDied"
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
 
@@ -106,36 +81,27 @@ def test_a_scheduler_file_that_is_not_there_or_has_no_address_and_one_that_canno
             pass
 
 
-@pytest.mark.slow
-def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with_2(tmp_path):
-    changed = "import sys, scenarios.experiments.workers as dask; dask.PATIENCE = 0.3; from scenarios.cli import main"
+def test_a_port_that_takes_the_connection_and_says_nothing_is_refused_in_time(monkeypatch):
+    monkeypatch.setattr("scenarios.experiments.workers.PATIENCE", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "2", "--out", str(tmp_path / "out"), "--dask"]
-        done = subprocess.run(
-            [sys.executable, "-c", f"{changed}; sys.exit(main(sys.argv[1:]))", *words, address],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=ROOT,
-            timeout=60.0,
-        )
-    assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
+        said = f"no Dask scheduler answers at {address} within 0.3 s"
+        with pytest.raises(ScenarioError, match=said), dask_workers(address):
+            pass
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_dies_ends_a_command_with_one_line_and_2(living, tmp_path):
-    folder, (file, process) = tmp_path / "out", living()
-    words = ["monte-carlo", str(quick_scenario(tmp_path, lasts=BRIEF)), "-n", "4000", "--out", str(folder), "--dask"]
-    command = subprocess.Popen(
-        [sys.executable, "-m", "scenarios", *words, str(file)], stderr=subprocess.PIPE, text=True, cwd=ROOT
-    )
-    deadline = time.monotonic() + 120.0
-    while not list(folder.glob("study.json")) and time.monotonic() < deadline:
-        assert command.poll() is None
-        time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGKILL)
-    _, errors = command.communicate(timeout=120.0)
+def test_a_scheduler_that_dies_ends_a_command_with_one_line_and_2(tmp_path):
+    words = ["monte-carlo", str(quick_scenario(tmp_path, lasts=BRIEF)), "-n", "4000", "--out", str(tmp_path / "out")]
+    with cluster(tmp_path) as (file, process):
+        words = [sys.executable, "-m", "scenarios", *words, "--dask", str(file)]
+        command = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+        deadline = time.monotonic() + 120.0
+        while not (tmp_path / "out" / "study.json").exists() and time.monotonic() < deadline:
+            assert command.poll() is None
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+        _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
     assert said == ["rx90: the scheduler has exited; finished trials are kept; repeat the command"]

@@ -25,17 +25,11 @@ def test_a_task_that_kills_its_worker_is_given_up_the_others_are_not_and_are_don
     assert found == {x: 2 * x for x in range(8, 20) if x != 13}
 
 
-def test_whatever_a_task_fails_of_is_its_reason():
+def test_a_task_that_fails_has_its_reason_and_workers_that_can_do_none_or_bring_nothing_back_end_it():
     failure = dict(completed(HERE, fail, [4]))[4]
     assert (failure.kind, str(failure)) == ("WorkerFailed", "its worker failed: ValueError: cannot double 4")
-
-
-def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
     with pytest.raises(ScenarioError, match="another version"):
         dict(completed(HERE, refuse, range(4)))
-
-
-def test_workers_that_never_bring_anything_back_end_it():
     with pytest.raises(ScenarioError, match="none of the first 3 chunks of trials returned: its worker failed: Value"):
         dict(completed(HERE, fail, range(100)))
 

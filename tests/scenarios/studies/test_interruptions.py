@@ -28,20 +28,6 @@ DEADLINE = 120.0
 TRIALS = 5
 
 
-def started(words: list[str], folder: Path) -> subprocess.Popen:
-    """A command in a session of its own, as a terminal starts it in a folder."""
-    return subprocess.Popen(
-        words,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        preexec_fn=as_in_the_foreground,
-    )
-
-
 def parts(folder: Path) -> dict[str, int]:
     """The parts of a study and when they were written."""
     return {path.name: path.stat().st_mtime_ns for path in (folder / "trials").glob("*.parquet")}
@@ -55,27 +41,22 @@ def wait_until(reached: Callable[[], object], process: subprocess.Popen) -> None
     assert reached()
 
 
-@pytest.fixture
-def misleading(tmp_path) -> Path:
-    """A folder with modules of names that the command and its workers import from elsewhere."""
-    (folder := tmp_path / "misleading").mkdir()
-    for name in ("sim", "ident", "rx90_mjcf", "random", "queue", "tomllib"):
-        (folder / f"{name}.py").write_text("raise SystemExit('imported from the working folder')")
-    return folder
-
-
 @pytest.mark.parametrize(
     "signals", [(signal.SIGINT,), pytest.param((signal.SIGKILL, signal.SIGINT), marks=pytest.mark.slow)]
 )
-def test_a_study_that_is_killed_or_stopped_ends_with_the_rows_of_one_that_was_not(
-    scenario, misleading, tmp_path, signals
-):
+def test_a_study_that_is_killed_or_stopped_ends_with_the_rows_of_one_that_was_not(scenario, tmp_path, signals):
     """Killed; stopped as a terminal sends Ctrl-C, to every process; finished."""
+    (misleading := tmp_path / "misleading").mkdir()  # modules that the command and its workers import from elsewhere
+    for name in ("sim", "ident", "rx90_mjcf", "random", "queue", "tomllib"):
+        (misleading / f"{name}.py").write_text("raise SystemExit('imported from the working folder')")
     folder, kept = tmp_path / "s", dict[str, int]()
     command = f"rx90 monte-carlo {scenario} -n {TRIALS} --out {folder} --seed 5 --jobs 1"
     words = [sys.executable, "-m", "scenarios", *command.split()[1:]]
     for number in signals:
-        running = started(words, folder=misleading)
+        running = subprocess.Popen(
+            words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=misleading,
+            env=os.environ | {"PYTHONPATH": str(ROOT)}, preexec_fn=as_in_the_foreground,
+        )  # fmt: skip
         wait_until(lambda: parts(folder).keys() - kept.keys(), running)  # noqa: B023 (called at once)
         os.killpg(running.pid, number)
         _, errors = running.communicate(timeout=DEADLINE)

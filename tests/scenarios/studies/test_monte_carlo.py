@@ -19,35 +19,35 @@ from scenarios.experiments import trials
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.run import motion_streams, run
 from scenarios.experiments.scenario import load_scenario, setup_of
-from scenarios.experiments.study import carry_out, monte_carlo
+from scenarios.experiments.study import Study, carry_out, monte_carlo
 from scenarios.experiments.workers import Workers
 from scenarios.support.errors import ScenarioError
 from sim.record import each_record
 
 CONTRACT = ["trial", "seed", "joint", "true", "estimate", "std", "rel_error", "z"]
 CONTRACT += ["tolerance", "identifiable", "passed", "reason"]
-QUIET = Console(quiet=True)
 pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
 TRIALS = 5
-STREAMS = ["encoder", "white", "clock"]
-"""Coloured noise shares the generator of white noise unless it is given one."""
 
 
-def rows_of(folder: Path) -> pd.DataFrame:
-    """As any user reads a study."""
+def rows_of(study: Study, folder: Path, workers: Workers = HERE) -> pd.DataFrame:
+    """Of a study that is carried out, or completed, in a folder, as any user reads it."""
+    carry_out(study, folder, workers, command="", console=Console(quiet=True))
     return pd.read_parquet(folder / "trials").sort_values(["trial", "joint"], ignore_index=True)
 
 
 @pytest.fixture(scope="module")
-def reference(scenario, tmp_path_factory) -> pd.DataFrame:
+def study(scenario) -> Study:
+    return monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
+
+
+@pytest.fixture(scope="module")
+def reference(study, tmp_path_factory) -> pd.DataFrame:
     """Uninterrupted, one after the other."""
-    folder = tmp_path_factory.mktemp("reference")
-    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    carry_out(study, folder, HERE, command="", console=QUIET)
-    return rows_of(folder)
+    return rows_of(study, tmp_path_factory.mktemp("reference"))
 
 
-def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference):
+def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns_and_reasons_of_failures(reference):
     assert list(reference.columns)[: len(CONTRACT)] == CONTRACT
     assert reference["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
     assert reference["joint"].tolist() == list(range(1, 7)) * TRIALS
@@ -55,12 +55,8 @@ def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference
     found = reference[reference["identifiable"]]
     np.testing.assert_allclose(found["rel_error"], found["estimate"] / found["true"] - 1.0, rtol=0, atol=1e-12)
     np.testing.assert_allclose(found["z"], (found["estimate"] - found["true"]) / found["std"], rtol=1e-9)
-    np.testing.assert_array_equal(
-        reference["true"], [row[f"plant.gain.{row['joint']}"] for _, row in reference.iterrows()]
-    )
-
-
-def test_a_trial_that_fails_is_rows_with_its_reason(reference):
+    true = [row[f"plant.gain.{row['joint']}"] for _, row in reference.iterrows()]
+    np.testing.assert_array_equal(reference["true"], true)
     heavy = reference[reference["plant.payload.mass"] == 95.0]
     assert 0 < heavy["trial"].nunique() < TRIALS
     assert (heavy["failure"] == "Saturated").all()
@@ -70,14 +66,13 @@ def test_a_trial_that_fails_is_rows_with_its_reason(reference):
     assert reference[reference["plant.payload.mass"] != 95.0]["failure"].isna().all()
 
 
-def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
-    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    carry_out(study, tmp_path, Workers(lambda: ThreadPoolExecutor(2), lambda: 2), command="", console=QUIET)
+def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(study, reference, tmp_path):
+    found = rows_of(study, tmp_path, Workers(lambda: ThreadPoolExecutor(2), lambda: 2))
     assert len(list((tmp_path / "trials").iterdir())) > 4
-    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+    pd.testing.assert_frame_equal(found, reference, check_exact=True)
 
 
-def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference, monkeypatch):
+def test_trials_share_a_batch_as_far_as_their_logs_have_room(study, reference, monkeypatch):
     sizes = []
 
     def counted(experiments, streams, **options):
@@ -87,7 +82,6 @@ def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference
     # A trial logs q and v of two motions of 4 s at 500 Hz, 6 joints: 0.384 MB.
     monkeypatch.setattr(running, "LOGS_AT_ONCE", 1.2e6)
     monkeypatch.setattr(running, "each_record", counted)
-    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     rows = trials.run_task(trials.Task(study.scenario, tuple(map(study.trial, range(TRIALS))), study.schema))
     assert sizes == [3, 2]
     pd.testing.assert_frame_equal(rows.to_pandas(), reference, check_exact=True)
@@ -106,42 +100,36 @@ class Dying(Executor):
 
 
 def test_trials_whose_worker_dies_are_rows_that_say_so_and_are_tried_again_by_the_same_command(
-    scenario, reference, tmp_path
+    study, reference, tmp_path
 ):
-    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
-    rows = rows_of(tmp_path)
+    rows = rows_of(study, tmp_path, Workers(Dying, lambda: 1, OSError))
     died = rows["failure"] == "WorkerDied"
     assert set(rows[died]["trial"]) == {2, 3}  # they were one chunk
     assert (rows[died]["reason"] == "its worker died").all()
     pd.testing.assert_frame_equal(rows[~died], reference[~died], check_exact=True)
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "trials").iterdir() if "2-0" not in path.name}
     assert len(kept) == 2
-    carry_out(study, tmp_path, HERE, command="", console=QUIET)
+    pd.testing.assert_frame_equal(rows_of(study, tmp_path), reference, check_exact=True)
     assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
-    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
 
 
 def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_is_not(
-    scenario, reference, tmp_path, monkeypatch
+    study, reference, tmp_path, monkeypatch
 ):
     def failing(setup, seed):
         if seed == 6:
             raise MemoryError("no room for trial 1")
         return drawn_settings(setup, seed)
 
-    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     monkeypatch.setattr(module, "CHUNK", TRIALS)
     monkeypatch.setattr(module, "CHUNKS_EACH", 1)
     with monkeypatch.context() as patched:
         patched.setattr(running, "drawn_settings", failing)
-        carry_out(study, tmp_path, HERE, command="", console=QUIET)
-    rows = rows_of(tmp_path)
+        rows = rows_of(study, tmp_path)
     assert rows["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
     assert set(rows[rows["failure"] == "MemoryError"]["trial"]) == {1}
-    carry_out(study, tmp_path, HERE, command="", console=QUIET)
-    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
-    assert (rows_of(tmp_path)["failure"] == "Saturated").any()
+    assert (reference["failure"] == "Saturated").any()
+    pd.testing.assert_frame_equal(rows_of(study, tmp_path), reference, check_exact=True)
 
 
 def test_more_trials_than_a_study_can_have_are_refused():
@@ -155,12 +143,11 @@ def test_more_trials_than_a_study_can_have_are_refused():
     assert [last.trial(number).seed for number in range(last.count)] == [2**31 - 2, 2**31 - 1]
 
 
-def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
-    study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
+def test_a_worker_with_another_version_ends_the_study(study, tmp_path, monkeypatch):
     monkeypatch.setattr(trials, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
     with pytest.raises(ScenarioError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
-        carry_out(study, tmp_path, HERE, command="", console=QUIET)
+        rows_of(study, tmp_path)
 
 
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
@@ -184,26 +171,23 @@ def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scen
 
 
 def test_what_is_drawn_makes_another_study_and_what_is_not_does_not(tmp_path):
-    plain, random = (
-        monte_carlo(load_scenario(str(quick_scenario(tmp_path, more))), 1, seed=0) for more in ("", RANDOM)
-    )
-    wider = monte_carlo(
-        load_scenario(str(quick_scenario(tmp_path, RANDOM.replace("scale = 0.1", "scale = 0.2")))), 1, 0
-    )
-    identities = [json.dumps(module.study_identity(study)) for study in (plain, random, wider)]
-    assert len(set(identities)) == 3
     source = '[sources."one more"]\ntarget = "plant.gain"\ndistribution = "norm"\n'
-    more = monte_carlo(load_scenario(str(quick_scenario(tmp_path, source))), 1, seed=0)
-    assert json.dumps(module.study_identity(more)) == identities[0]  # Monte Carlo draws no sources
+    plain, sourced, random, wider = (
+        json.dumps(module.study_identity(monte_carlo(load_scenario(str(quick_scenario(tmp_path, more))), 1, seed=0)))
+        for more in ("", source, RANDOM, RANDOM.replace("scale = 0.1", "scale = 0.2"))
+    )
+    assert plain == sourced  # Monte Carlo draws no sources
+    assert len({plain, random, wider}) == 3
 
 
 def test_both_motions_and_every_sensor_have_noise_of_their_own():
-    pair = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {}, 2)]
-    again = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {"white": 9}, 2)]
-    assert len({number for motion in pair for number in motion}) == 2 * len(STREAMS)
-    changed = {STREAMS[k] for m in range(2) for k in range(len(STREAMS)) if pair[m][k] != again[m][k]}
+    streams = ["encoder", "white", "clock"]  # coloured noise shares the generator of white noise unless it has its own
+    pair = [[motion[name].random() for name in streams] for motion in motion_streams(5, {}, 2)]
+    again = [[motion[name].random() for name in streams] for motion in motion_streams(5, {"white": 9}, 2)]
+    assert len({number for motion in pair for number in motion}) == 2 * len(streams)
+    changed = {streams[k] for m in range(2) for k in range(len(streams)) if pair[m][k] != again[m][k]}
     assert changed == {"white"}
-    assert again[0][STREAMS.index("white")] != again[1][STREAMS.index("white")]
+    assert again[0][streams.index("white")] != again[1][streams.index("white")]
 
 
 def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_path, capsys):

@@ -56,7 +56,7 @@ def test_lost_trials_are_there_for_readers_and_missing_for_the_next_to_work(tmp_
         assert folder.missing(6) == []
 
 
-def test_the_record_names_scenario_seed_versions_command_and_the_most_trials_that_were_requested(tmp_path):
+def test_the_record_names_what_was_requested_and_the_folder_of_another_study_is_refused(tmp_path):
     for count, most in ((9, 9), (4, 9), (13, 13)):
         with opened(tmp_path, count=count):
             record = json.loads((tmp_path / STUDY).read_text())
@@ -64,21 +64,11 @@ def test_the_record_names_scenario_seed_versions_command_and_the_most_trials_tha
     assert record["scenario"] == IDENTITY["scenario"]
     assert (record["seed"], record["command"]) == (0, "rx90 x")
     assert {"python", "mujoco", "numpy", "pin"} <= set(record["versions"])
-
-
-def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
-    with opened(tmp_path):
-        pass
     other = json.loads(json.dumps(IDENTITY))
     other["scenario"]["table"]["plant"]["gain"] = [1.0, 3.0]
-    with (
-        pytest.raises(
-            ScenarioError, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"
-        ),
-        opened(tmp_path, other),
-    ):
+    said = r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"
+    with pytest.raises(ScenarioError, match=said), opened(tmp_path, other):
         pass
-    record = json.loads((tmp_path / "study.json").read_text())
     record["versions"]["mujoco"] = "3.0"
     (tmp_path / "study.json").write_text(json.dumps(record))
     with pytest.raises(ScenarioError, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
@@ -138,14 +128,11 @@ def test_no_bit_that_flips_changes_the_rows_in_silence(tmp_path, rng):
         assert refused > 100
 
 
-def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
-    with opened(tmp_path), pytest.raises(ScenarioError, match="another process uses it"), opened(tmp_path):
-        pass
-
-
-def test_what_a_crash_left_half_written_is_cleared_away(tmp_path):
+def test_a_study_is_open_in_one_place_at_a_time_and_what_a_crash_left_half_written_is_cleared_away(tmp_path):
     with opened(tmp_path) as folder:
         folder.keep(part(0, 0))
+        with pytest.raises(ScenarioError, match="another process uses it"), opened(tmp_path):
+            pass
     (tmp_path / ".unfinished").write_bytes(b"half a part")
     with opened(tmp_path) as folder:
         assert folder.missing(2) == [range(1, 2)]

@@ -9,36 +9,29 @@ from scipy import stats
 from study_tables import normal_rows
 
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.statistics import joint_statistics
 from scenarios.rendering.content import Mood
 from scenarios.results.sensitivity import Budget, BudgetJoint, Interval, SourceCost, cost_plot, ranking
 from scenarios.results.studies import StudyResult, error_plots, worst_trials
 
 
-def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02, passed: int | None = None) -> pd.DataFrame:
-    """Rows of a joint with a gain of 2 in each trial with a z, of which the first ones passed."""
-    n = len(z)
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> pd.DataFrame:
+    """Rows of a joint with a gain of 2 in each trial with a z."""
     numbers = {"true": 2.0, "std": 0.024, "rel_error": -0.012 * z, "z": z, "tolerance": tolerance}
-    rows = pd.DataFrame({"trial": np.arange(n), "seed": np.arange(n), "joint": joint, **numbers, "failure": None})
-    return rows.assign(identifiable=True, passed=np.arange(n) < (n if passed is None else passed))
+    rows = pd.DataFrame({"trial": np.arange(len(z)), "seed": 3, "joint": joint, **numbers, "failure": None})
+    return rows.assign(identifiable=True, passed=True)
 
 
-def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
+def test_coverage_is_drawn_with_the_interval_of_clopper_and_pearson():
     z = np.random.default_rng(9).normal(size=390)
-    first, second = trial_rows(np.r_[z, [np.nan] * 21], passed=5), trial_rows(np.zeros(411), joint=6, passed=1)
+    first, second = trial_rows(np.r_[z, [np.nan] * 21]), trial_rows(np.zeros(411), joint=6)
     first.loc[391:, "identifiable"] = second["identifiable"] = False
-    statistics = list(joint_statistics(pd.concat([first, second]), wanted=0.9, false_alarm=0.01))
-    given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
-    (coverage,) = plots(StudyResult(joints=statistics, **given))
+    (coverage,) = plots(StudyResult.of(load_scenario("nominal"), 0, pd.concat([first, second])))
     (axes,) = coverage.figure().axes
     (found,) = drawn_intervals(axes)
     assert (len(axes.get_xticks()), list(found)) == (2, [4])
-    held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
-    passed = [(each.pass_rate, each.pass_low, each.pass_high) for each in statistics]
-    shown = tuple(0.01 * each for each in found[4])
-    for interval, count, trials in ((shown, held, 391), (passed[0], 5, 411), (passed[1], 1, 411)):
-        ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
-        assert interval == pytest.approx((count / trials, *ends), rel=1e-9)
+    held = int((np.abs(z) < 2.0).sum())  # of 391: a gain without standard deviation is a miss
+    ends = stats.beta.ppf([0.025, 0.975], [held, held + 1], [392 - held, 391 - held])
+    assert found[4] == pytest.approx((100.0 * held / 391, *(100.0 * ends)), rel=1e-9)
 
 
 def test_the_worst_trials_are_told_with_the_command_that_shows_the_first():
@@ -92,17 +85,9 @@ def cost(source: str, share: float, rms: float) -> SourceCost:
     return SourceCost(source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
 
 
-def budget_of(joint: int, costs: Sequence[SourceCost], **more) -> BudgetJoint:
-    numbers = {
-        "tolerance": 0.007,
-        "floor": 0.0,
-        "together": 0.02,
-        "samples": 4,
-        "lost": 0,
-        "summed": 0.02,
-        "silent": [],
-    }
-    return BudgetJoint(joint=joint, costs=list(costs), **{**numbers, **more})
+def budget_of(joint: int, costs: Sequence[SourceCost], silent: Sequence[str] = ()) -> BudgetJoint:
+    numbers = {"tolerance": 0.007, "floor": 0.0, "together": 0.02, "samples": 4, "lost": 0, "summed": 0.02}
+    return BudgetJoint(joint=joint, costs=list(costs), silent=list(silent), **numbers)
 
 
 def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():

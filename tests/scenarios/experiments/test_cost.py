@@ -1,5 +1,4 @@
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,13 +90,9 @@ def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
                 np.testing.assert_allclose(error, norms, rtol=1e-12, atol=1e-15)
 
 
-def quick(folder: Path, more: str):
-    return setup_of(load_scenario(str(quick_scenario(folder, more, lasts=BRIEF))))
-
-
 def test_the_further_motion_changes_no_gain_and_no_study_pays_for_it(tmp_path):
-    plain, asked = run(quick(tmp_path, ""), 3), quick(tmp_path, COST)
-    done = run(asked, 3)
+    without, asked = (setup_of(load_scenario(str(quick_scenario(tmp_path, c, lasts=BRIEF)))) for c in ("", COST))
+    plain, done = run(without, 3), run(asked, 3)
     assert done.cost is not None
     np.testing.assert_array_equal(done.estimate.gain, plain.estimate.gain)
     for one, other in zip(done.recordings, plain.recordings, strict=True):

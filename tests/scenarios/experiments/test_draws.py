@@ -16,8 +16,8 @@ def scenario(folder: Path, text: str) -> Scenario:
     return load_scenario(str(path))
 
 
-def draw(target: str, rest: str) -> str:
-    return f"[random.it]\ntarget = {target}\n{rest}"
+def drawing(folder: Path, target: str, rest: str) -> Scenario:
+    return scenario(folder, f"[random.it]\ntarget = {target}\n{rest}")
 
 
 def values(drawn: Scenario, place: str, count: int) -> np.ndarray:
@@ -25,8 +25,8 @@ def values(drawn: Scenario, place: str, count: int) -> np.ndarray:
 
 
 def test_numbers_have_the_distribution_that_is_named(tmp_path):
-    text = draw('"plant.gain"', 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"')
-    mine = scenario(tmp_path, text)
+    tenth = 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"'
+    mine = drawing(tmp_path, '"plant.gain"', tenth)
     nominal = value_at(mine.table, "plant.gain")
     factor = values(mine, "plant.gain", 400) / nominal
     # Kolmogorov and Smirnov on 2400 numbers; the seeds are fixed, and one choice of seeds in a thousand fails.
@@ -35,23 +35,15 @@ def test_numbers_have_the_distribution_that_is_named(tmp_path):
 
 
 def test_add_replace_shared_and_arrays_of_parameters(tmp_path):
-    added = scenario(
-        tmp_path, draw('"plant.payload.mass"', 'distribution = "uniform"\nparameters = { scale = 0.5 }\napply = "add"')
-    )
-    masses = values(added, "plant.payload.mass", 50)
-    assert (masses > 7.025).all()
-    assert (masses < 7.525).all()
-    replaced = scenario(tmp_path, draw('"plant.gain"', 'distribution = "uniform"\nshared = true'))
+    half = 'distribution = "uniform"\nparameters = { scale = 0.5 }\napply = "add"'
+    masses = values(drawing(tmp_path, '"plant.payload.mass"', half), "plant.payload.mass", 50)
+    assert ((masses > 7.025) & (masses < 7.525)).all()
+    replaced = drawing(tmp_path, '"plant.gain"', 'distribution = "uniform"\nshared = true')
     gain = values(replaced, "plant.gain", 20)
     assert np.ptp(gain, axis=1).max() == 0.0
     assert gain.max() < 1.0
-    each = scenario(
-        tmp_path,
-        draw(
-            '["plant.gain", "plant.coulomb_friction"]',
-            'distribution = "uniform"\nparameters = { loc = [1, 2, 3, 4, 5, 6], scale = 0.1 }',
-        ),
-    )
+    six = 'distribution = "uniform"\nparameters = { loc = [1, 2, 3, 4, 5, 6], scale = 0.1 }'
+    each = drawing(tmp_path, '["plant.gain", "plant.coulomb_friction"]', six)
     for place in ("plant.gain", "plant.coulomb_friction"):
         np.testing.assert_array_equal(np.floor(values(each, place, 5)), np.tile(np.arange(1, 7), (5, 1)))
 
@@ -59,28 +51,18 @@ def test_add_replace_shared_and_arrays_of_parameters(tmp_path):
 @pytest.mark.parametrize("shared", ["true", "false"])
 def test_an_array_of_parameters_may_have_a_number_for_each_of_all_targets(tmp_path, shared):
     targets = '["plant.payload.mass", "plant.gain", "plant.payload.com"]'
-    loc = "[20, 1, 2, 3, 4, 5, 6, 30, 40, 50]"
-    mine = scenario(
-        tmp_path,
-        draw(targets, f'distribution = "uniform"\nparameters = {{ loc = {loc}, scale = 0.1 }}\nshared = {shared}'),
-    )
-    for place, expected in (("mass", [20]), ("com", [30, 40, 50])):
-        found = values(mine, f"plant.payload.{place}", 5).reshape(5, -1)
+    ten = "parameters = { loc = [20, 1, 2, 3, 4, 5, 6, 30, 40, 50], scale = 0.1 }"
+    mine = drawing(tmp_path, targets, f'distribution = "uniform"\n{ten}\nshared = {shared}')
+    for place, expected in (("payload.mass", [20]), ("payload.com", [30, 40, 50]), ("gain", range(1, 7))):
+        found = values(mine, f"plant.{place}", 5).reshape(5, -1)
         np.testing.assert_array_equal(np.floor(found), np.tile(expected, (5, 1)))
-    np.testing.assert_array_equal(np.floor(values(mine, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
 
 
-def test_each_of_a_set_is_chosen_in_its_turn(tmp_path):
-    mine = scenario(tmp_path, draw('"experiment.motion"', 'choice = ["drive-gains", "other.toml"]'))
+def test_each_of_a_set_is_chosen_in_its_turn_and_another_draw_does_not_move_the_first(tmp_path):
+    mine = drawing(tmp_path, '"experiment.motion"', 'choice = ["drive-gains", "other.toml"]')
     assert {drawn_settings(mine, seed)["experiment.motion"] for seed in range(40)} == {"drive-gains", "other.toml"}
-
-
-def test_another_draw_does_not_move_the_first(tmp_path):
-    gain = draw('"plant.gain"', 'distribution = "norm"\n')
-    one = scenario(tmp_path, gain)
-    two = scenario(
-        tmp_path, gain + '[random.also]\ntarget = "plant.payload.mass"\ndistribution = "norm"\napply = "add"'
-    )
+    also = '[random.also]\ntarget = "plant.payload.mass"\ndistribution = "norm"\napply = "add"'
+    one, two = (drawing(tmp_path, '"plant.gain"', f'distribution = "norm"\n{more}') for more in ("", also))
     assert drawn_settings(one, 5)["plant.gain"] == drawn_settings(two, 5)["plant.gain"]
     assert drawn_settings(one, 5) != drawn_settings(one, 6)
 

@@ -27,21 +27,13 @@ apply = "add"
 """
 
 
-def test_motions_of_one_payload_are_identified_together_and_all_others_in_order_of_time():
+def test_motions_of_one_payload_are_identified_together_and_those_of_a_mounting_that_returns_are_in_turns():
     assert grouped(("bare", "light", "heavy", "bare")) == (0, 1, 2, 3)
     assert grouped(("bare", "light", "bare", "heavy", "light", "bare", "heavy")) == (0, 1, 4, 2, 3, 6, 5)
-
-
-def test_a_protocol_is_in_turns_if_a_mounting_returns_after_another_one():
-    for turns in (
-        TURNS,
-        ("bare", "loaded") * 2,
-        ("light", "heavy", "heavy", "light"),
-        ("bare", "bare", "heavy", "bare"),
-    ):
-        assert in_turns(turns)
-    for block in (("bare", "loaded"), ("bare", "bare", "loaded", "loaded"), ("bare", "light", "heavy"), ("bare",)):
-        assert not in_turns(block)
+    turns = TURNS, ("bare", "loaded") * 2, ("light", "heavy", "heavy", "light"), ("bare", "bare", "heavy", "bare")
+    assert all(map(in_turns, turns))
+    blocks = ("bare", "loaded"), ("bare", "bare", "loaded", "loaded"), ("bare", "light", "heavy"), ("bare",)
+    assert not any(map(in_turns, blocks))
 
 
 def test_every_motion_has_the_payload_that_the_protocol_names_on_either_side(tmp_path):
@@ -81,19 +73,14 @@ def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_paylo
 
 def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, FOUR))
-    changed = with_settings(
-        scenario,
-        {
-            "plant.payloads.heavy.mass": 5.5,
-            "plant.payloads.light.com": [0.01, 0.02, 0.03],
-            "belief.payloads.light.mass": 4.5,
-            "plant.payloads.heavy.inertia.izz": 0.0075,
-        },
-    )
-    light, heavy = (setup_of(changed).experiments[k].plant.payload for k in (1, 2))
+    plant, believed = "plant.payloads.", "belief.payloads.light.mass"
+    heavier = {f"{plant}heavy.mass": 5.5, f"{plant}heavy.inertia.izz": 0.0075}
+    changed = with_settings(scenario, {**heavier, f"{plant}light.com": [0.01, 0.02, 0.03], believed: 4.5})
+    setup = setup_of(changed)
+    light, heavy = (setup.experiments[k].plant.payload for k in (1, 2))
     assert (heavy.mass, heavy.com, heavy.inertia[2]) == (5.5, (0.01, -0.02, 0.13), 0.0075)
     assert (light.mass, light.com) == (4.275, (0.01, 0.02, 0.03))
-    assert [setup_of(changed).payloads[name].mass for name in ("light", "heavy")] == [4.5, 6.6]
+    assert [setup.payloads[name].mass for name in ("light", "heavy")] == [4.5, 6.6]
     assert value_at(changed.table, "plant.payloads.heavy.mass") == 5.5
     with pytest.raises(ScenarioError, match=r"no 'haevy' in plant\.payloads; did you mean 'heavy'\?"):
         with_settings(scenario, {"plant.payloads.haevy.mass": 5.5})
@@ -123,14 +110,8 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
     command = capsys.readouterr().out.splitlines()[-1]
     expected = {f"{name}.parquet" for name in motion_names(protocol)}
     expected |= {"payload.toml" if name == "loaded" else f"payload-{name}.toml" for name in mountings(protocol)}
-    assert {each.name for each in folder.iterdir()} == expected | {
-        "robot.xml",
-        "truth.json",
-        "result.json",
-        "fit-rows.parquet",
-        "record.json",
-        ".rx90.json",
-    }
+    always = {"robot.xml", "truth.json", "result.json", "fit-rows.parquet", "record.json", ".rx90.json"}
+    assert {each.name for each in folder.iterdir()} == expected | always
     assert main([*shlex.split(command)[1:], "--json"]) == 0
     again, result = json.loads(capsys.readouterr().out), json.loads((folder / "result.json").read_text())
     for key in ("estimate", "std"):
@@ -153,9 +134,10 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
 
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
-    scenario = load_scenario(scenario_of(tmp_path, ("bare", "loaded"), DRAW))
-    with pytest.raises(WrongValue, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
-        check_draws(scenario)
-    scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW.replace("payloads.light.mass", "payload.mass")))
-    with pytest.raises(WrongValue, match=r"plant\.payload: no motion of experiment\.protocol carries this payload"):
-        check_draws(scenario)
+    single = DRAW.replace("payloads.light.mass", "payload.mass")
+    for protocol, draw, said in (
+        (("bare", "loaded"), DRAW, r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"),
+        (FOUR, single, r"plant\.payload: no motion of experiment\.protocol carries this payload"),
+    ):
+        with pytest.raises(WrongValue, match=said):
+            check_draws(load_scenario(scenario_of(tmp_path, protocol, draw)))

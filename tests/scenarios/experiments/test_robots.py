@@ -11,7 +11,7 @@ from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import check_same_payload, joint_places, robot, robot_digests, structure
-from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
+from scenarios.experiments.scenario import load_scenario, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
 from scenarios.support.errors import ScenarioError, WrongValue
 from sim.trajectory import at_rest
@@ -20,7 +20,7 @@ N = 3
 PAYLOAD = "{ mass = 2.3, com = [0.09, 0.06, 0.11], inertia = { ixx = 0.011, iyy = 0.012, izz = 0.006 } }"
 
 
-def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml", more: str = "") -> Path:
+def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml") -> Path:
     """A robot of three joints, a motion of 6 s and a scenario; returns the scenario's path.
 
     The first axis is vertical and moves too little to show its gain.
@@ -35,7 +35,7 @@ def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml", more: str 
         f'[plant]\npayload = {PAYLOAD}\n[experiment]\nmotion = "motion.toml"\n'
         "sensors = { current_white = 0.01, current_coloured = 0.0 }\n"
         f"[belief]\npayload = {PAYLOAD}\ncontroller_gain = [1.1, 0.9, 1.2]\n"
-        f"[tolerance]\ngain = [0.05, 0.05, 0.05]\nidentifiable = [false, true, true]\n{more}"
+        f"[tolerance]\ngain = [0.05, 0.05, 0.05]\nidentifiable = [false, true, true]\n"
     )
     return path
 
@@ -47,25 +47,16 @@ def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, c
     assert status == 0
 
 
-@pytest.mark.parametrize(
-    ("name", "error", "message"),
-    [
+def test_a_robot_that_is_not_there_or_has_other_arrays_is_refused(tmp_path):
+    for name, error, message in (
         ("rx91", WrongValue, "unknown robot 'rx91'; did you mean 'rx90'.*; built-in: rx90, "),
         ("arm", WrongValue, "unknown robot 'arm'; did you mean arm/robot.toml"),
         ("gone/robot.toml", ScenarioError, "gone/robot.toml"),
-    ],
-)
-def test_a_robot_that_is_not_there_is_refused_with_what_there_is(tmp_path, name, error, message):
-    with pytest.raises(error, match=message) as caught:
-        setup_without_motion(load_scenario(str(own_scenario(tmp_path, robot_name=name))))
-    assert "\n" not in str(caught.value)
-
-
-def test_arrays_of_another_robot_are_refused(tmp_path):
-    path = own_scenario(tmp_path)
-    path.write_text(path.read_text().replace("arm/robot.toml", "rx90"))
-    with pytest.raises(ScenarioError, match=r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"):
-        setup_of(load_scenario(str(path)))
+        ("rx90", ScenarioError, r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"),
+    ):
+        with pytest.raises(error, match=message) as caught:
+            setup_without_motion(load_scenario(str(own_scenario(tmp_path, robot_name=name))))
+        assert "\n" not in str(caught.value)
 
 
 def test_a_study_knows_its_robot_s_files(tmp_path):

@@ -11,14 +11,14 @@ from scenarios.experiments.scenario import load_scenario, robot_of, setup_of, st
 from scenarios.experiments.scenario_files import CATALOG, seen_from
 from scenarios.support.errors import ScenarioError, WrongValue
 from scenarios.support.texts import toml_value
+from sim.trajectory import FourierTrajectory
 
 MOTION = CATALOG / "motions" / "drive-gains.toml"
-INERTIA = "inertia = { ixx = 0.021, iyy = 0.034, izz = 0.019 }"
-SURE = f"payload = {{ mass = 6.3, com = [0.08, 0.03, 0.11], {INERTIA} }}"
+BODY = "mass = 6.3, com = [0.08, 0.03, 0.11], inertia = { ixx = 0.021, iyy = 0.034, izz = 0.019 }"
 DEVIATION = {
-    "mass_std": "mass_std = 0.02",
-    "com_std": "com_std = [0.0, 0.003, 0.0]",
-    "inertia_std": "inertia_std = { ixx = 0.0, iyy = 0.0, izz = 0.002 }",
+    "mass_std": ("0.02", 0.02),
+    "com_std": ("[0.0, 0.003, 0.0]", (0.0, 0.003, 0.0)),
+    "inertia_std": ("{ ixx = 0.0, iyy = 0.0, izz = 0.002 }", (0.0, 0.0, 0.002, 0.0, 0.0, 0.0)),
 }
 SINE, COSINE = [[0.1, 0.1, -0.1], [0.2, -0.1, 0.0]], [[0.05, -0.08, 0.03], [0.1, -0.16, 0.06]]
 CONTROL = "".join(map(chr, (*range(0x20), 0x7F)))
@@ -67,28 +67,29 @@ def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
     assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
 
 
-@pytest.mark.parametrize("group", ["random", "sources"])
-def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
+def test_motions_that_are_drawn_are_places_too_and_absolute_ones_names_and_other_choices_are_not():
+    arm, studies = Path("/lab/arm"), Path("/lab/studies")
     draws = {
         "motion": {"target": ["experiment.motion"], "choice": ["slow.toml", "drive-gains"]},
         "weight": {"target": "belief.payload", "choice": ["slow.toml"]},
         "number": {"target": "plant.gain", "distribution": "norm"},
         "nothing": {"choice": ["slow.toml"]},  # refused later, by name
     }
-    found = seen_from({group: draws}, Path("/lab/arm"), Path("/lab/studies"))[group]
-    moved = {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}
-    assert found == {**draws, "motion": moved}
+    moved = {**draws, "motion": {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}}
+    for group in ("random", "sources"):
+        assert seen_from({group: draws}, arm, studies) == {group: moved}
+    for table in ({"robot": "/lab/robot.toml", "experiment": {"motion": "/lab/m.toml"}}, {"robot": "tx40"}):
+        assert seen_from(table, arm, studies) == table
+    table = {"robot": "./robot.toml", "experiment": {"motion": "slow/../m.toml"}}
+    assert seen_from(table, arm, arm) == table
 
 
-@pytest.mark.parametrize(
-    ("name", "key", "error"),
-    [("robot.toml", "robot", ScenarioError), ("motion.toml", "experiment.motion", WrongValue)],
-)
-def test_a_file_that_is_not_there_is_told_with_the_key_that_asks_for_it(parent, name, key, error):
+def test_a_file_that_is_not_there_is_told_with_the_key_that_asks_for_it(parent):
     path = child(parent)
-    (parent / name).unlink()
-    with pytest.raises(error, match=rf"^mine: {key}: .*arm/{name}"):
-        setup_of(load_scenario(path))
+    for name, key, error in (("motion.toml", "experiment.motion", WrongValue), ("robot.toml", "robot", ScenarioError)):
+        (parent / name).unlink()
+        with pytest.raises(error, match=rf"^mine: {key}: .*arm/{name}"):
+            setup_of(load_scenario(path))
 
 
 def test_a_scenario_is_named_by_its_file_and_scenario_toml_by_its_folder(tmp_path):
@@ -102,63 +103,39 @@ def test_a_scenario_is_named_by_its_file_and_scenario_toml_by_its_folder(tmp_pat
     assert load_scenario("ideal").name == "ideal"
 
 
-def test_absolute_places_names_and_places_of_the_same_folder_stay():
-    arm, studies = Path("/lab/arm"), Path("/lab/studies")
-    for table in ({"robot": "/lab/robot.toml", "experiment": {"motion": "/lab/m.toml"}}, {"robot": "tx40"}):
-        assert seen_from(table, arm, studies) == table
-    table = {"robot": "./robot.toml", "experiment": {"motion": "slow/../m.toml"}}
-    assert seen_from(table, arm, arm) == table
-
-
-def weighed(deviation: str) -> str:
-    return SURE.removesuffix(" }") + f", {deviation} }}"
-
-
-def written(folder: Path, **files: str) -> str:
-    for name, text in files.items():
-        (folder / f"{name}.toml").write_text(text)
-    return str(folder / f"{name}.toml")
-
-
 @pytest.mark.parametrize("key", DEVIATION)
 def test_a_payload_has_the_deviations_that_its_table_states_and_one_with_a_name_has_none(tmp_path, key):
-    bodies = f'[plant]\npayloads = {{ heavy = "offset", light = {{ {SURE.removeprefix("payload = {")} }}\n'
-    both = '[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
-    base = f'extends = "nominal"\n{both}{bodies}\n[belief]\npayloads = {{ heavy = "offset", light = "offset" }}\n'
-    light = weighed(DEVIATION[key]).removeprefix("payload = ")
-    path = written(tmp_path, two=base, mine=f'extends = "two.toml"\n[belief.payloads]\nlight = {light}\n')
-    expected = {"mass_std": 0.02, "com_std": (0.0, 0.003, 0.0), "inertia_std": (0.0, 0.0, 0.002, 0.0, 0.0, 0.0)}
-    setup = setup_of(load_scenario(path))
+    (tmp_path / "two.toml").write_text(
+        'extends = "nominal"\n[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
+        f'[plant]\npayloads = {{ heavy = "offset", light = {{ {BODY} }} }}\n'
+        '[belief]\npayloads = { heavy = "offset", light = "offset" }\n'
+    )
+    stated, expected = DEVIATION[key]
+    (tmp_path / "mine.toml").write_text(
+        f'extends = "two.toml"\n[belief.payloads]\nlight = {{ {BODY}, {key} = {stated} }}\n'
+    )
+    setup = setup_of(load_scenario(str(tmp_path / "mine.toml")))
     for payloads in (setup.payloads, stated_payloads(setup.scenario)):
-        assert getattr(payloads["light"], key) == expected[key]
+        assert getattr(payloads["light"], key) == expected
         heavy = payloads["heavy"]
         assert (heavy.mass, heavy.mass_std, *heavy.com_std, *heavy.inertia_std) == (5.087, *(0.0,) * 10)
 
 
-def motion(
-    folder: Path, name: str, *, duration: object = 8.0, center: object = (0.1, -0.2), sine: object = SINE
-) -> str:
-    text = f"duration = {duration}\ncenter = {list(center)}\nsine = {sine}\ncosine = {COSINE}\n"  # pyright: ignore
-    (folder / name).write_text(text)
-    return name
+def motion(folder: Path, off: float) -> FourierTrajectory:
+    sine = [[0.1 + off, 0.1, -0.1], SINE[1]]
+    text = f"duration = 8.0\ncenter = [0.1, -0.2]\nsine = {sine}\ncosine = {COSINE}\n"
+    (folder / f"{off}.toml").write_text(text)
+    return read_motion(f"{off}.toml", folder)
 
 
-def test_a_motion_is_read_as_it_stands(tmp_path):
-    found = read_motion(motion(tmp_path, "a.toml"), tmp_path)
+def test_a_motion_is_read_as_it_stands_and_a_start_that_is_off_by_a_millionth_is_no_rest(tmp_path):
+    found = motion(tmp_path, 0.0)
     assert found.duration == 8.0
     for values, expected in ((found.center, [0.1, -0.2]), (found.sine, SINE), (found.cosine, COSINE)):
         np.testing.assert_allclose(values, expected, atol=1e-12)  # put to rest, which they are to rounding
-
-
-def test_a_start_that_is_off_by_a_millionth_is_no_rest(tmp_path):
-    for off, fine in ((1e-7, True), (1e-5, False)):
-        sine = [[0.1 + off, 0.1, -0.1], SINE[1]]
-        name = motion(tmp_path, f"{off}.toml", sine=sine)
-        if fine:
-            read_motion(name, tmp_path)
-        else:
-            with pytest.raises(ScenarioError, match=r"does not start at rest \(coefficients off by"):
-                read_motion(name, tmp_path)
+    motion(tmp_path, 1e-7)
+    with pytest.raises(ScenarioError, match=r"does not start at rest \(coefficients off by"):
+        motion(tmp_path, 1e-5)
 
 
 @pytest.mark.parametrize(

@@ -4,25 +4,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 from estimates import gain_estimate
-from printed import fits
+from printed import printed
 from quick import BRIEF, quick_scenario
 
 from ident.support.errors import OptionError
-from scenarios.cli import main
 from scenarios.experiments.judge import judge
 from scenarios.experiments.robots import robot
 from scenarios.experiments.run import run
-from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_method
+from scenarios.experiments.scenario import Setup, load_scenario, setup_of, value_at, with_method
 from scenarios.experiments.scenario_files import builtin_names
 from scenarios.experiments.schema import ToleranceTable
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
-def scenario_file(folder: Path, text: str) -> str:
+def setup(folder: Path, text: str) -> Setup:
     path = folder / "mine.toml"
-    path.write_text(text)
-    return str(path)
+    path.write_text(f'extends = "nominal"\n{text}')
+    return setup_of(load_scenario(str(path)))
 
 
 def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
@@ -41,19 +40,18 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_scenarios_are_valid(name):
-    setup = setup_of(load_scenario(name))
-    assert setup.scenario.table.description
-    assert setup.experiments[1].loaded
+    found = setup_of(load_scenario(name))
+    assert found.scenario.table.description
+    assert found.experiments[1].loaded
 
 
 def test_the_true_gain_of_a_law_is_that_at_the_rms_current_of_the_first_loaded_motion(tmp_path):
     law = "[plant.errors]\ntorque_constant_falls = 0.07\n[experiment]\nprotocol = ['bare', 'loaded', 'loaded']\n"
-    setup = setup_of(load_scenario(scenario_file(tmp_path, 'extends = "nominal"\n' + law)))
-    drives, currents = setup.plant.drives, [k * np.array([[3.0, 2, 4, 7, 5, 9], [4, 5, 1, 2, 7, 2]]) for k in (2, 3, 5)]
+    found = setup(tmp_path, law)
+    drives, currents = found.plant.drives, [k * np.array([[3.0, 2, 4, 7, 5, 9], [4, 5, 1, 2, 7, 2]]) for k in (2, 3, 5)]
     rms = 3.0 * np.sqrt([12.5, 14.5, 8.5, 26.5, 37.0, 42.5])
-    np.testing.assert_allclose(
-        setup.gain_under(currents), drives.gain * (1.0 - 0.07 * rms / drives.current_limit), rtol=1e-12
-    )
+    expected = drives.gain * (1.0 - 0.07 * rms / drives.current_limit)
+    np.testing.assert_allclose(found.gain_under(currents), expected, rtol=1e-12)
 
 
 @pytest.mark.usefixtures("_undiagnosed")
@@ -65,19 +63,18 @@ def test_a_run_is_judged_by_the_gain_at_its_own_currents(tmp_path):
 
 
 def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
-    text = 'extends = "nominal"\n[plant]\ngain = [1, 2, 3, 4, 5, 6]\n[belief.payload]\nmass = 7.0\nknown = "mass"\n'
-    setup = setup_of(load_scenario(scenario_file(tmp_path, text)))
-    np.testing.assert_array_equal(setup.true_gain, [1, 2, 3, 4, 5, 6])
-    assert setup.payloads["loaded"].known == "mass"
-    assert setup.experiments[0].plant.payload.mass == 7.025  # the truth is not what is believed
-    nominal = robot().drives
-    np.testing.assert_array_equal(setup.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
+    found = setup(tmp_path, '[plant]\ngain = [1, 2, 3, 4, 5, 6]\n[belief.payload]\nmass = 7.0\nknown = "mass"\n')
+    np.testing.assert_array_equal(found.true_gain, [1, 2, 3, 4, 5, 6])
+    assert found.payloads["loaded"].known == "mass"
+    plant, nominal = found.experiments[0].plant, robot().drives
+    assert plant.payload.mass == 7.025  # the truth is not what is believed
+    np.testing.assert_array_equal(plant.drives.viscous_friction, nominal.viscous_friction)
 
 
 def test_identification_is_told_of_a_coupling_only_by_the_belief(tmp_path):
-    injected = 'extends = "nominal"\n[plant.errors]\nwrist_coupling = 0.05\n'
-    assert setup_of(load_scenario(scenario_file(tmp_path, injected))).structure.arm.couplings == ()
-    told = setup_of(load_scenario(scenario_file(tmp_path, f"{injected}[belief]\ncouplings = [[5, 6]]")))
+    injected = "[plant.errors]\nwrist_coupling = 0.05\n"
+    assert setup(tmp_path, injected).structure.arm.couplings == ()
+    told = setup(tmp_path, f"{injected}[belief]\ncouplings = [[5, 6]]")
     assert told.structure.arm.couplings == ((4, 5),)
     assert told.experiments[1].plant.errors.wrist_coupling == 0.05
 
@@ -86,22 +83,10 @@ KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "iden
 KEYS += ["name", "residual_std", "payload_std", "model_std", "predicted_rel_std"]
 
 
-@pytest.fixture(scope="module")
-def saved(tmp_path_factory) -> tuple[Path, dict]:
-    """A saved nominal run and what it printed."""
-    folder = tmp_path_factory.mktemp("run") / "deep" / "er"
-    from contextlib import redirect_stdout
-    from io import StringIO
-
-    with redirect_stdout(StringIO()) as out:
-        assert main(["run", "nominal", "--seed", "5", "--save", str(folder), "--json"]) == 0
-    return folder, json.loads(out.getvalue())
-
-
-def test_json_of_a_run_keeps_the_contract(saved):
-    folder, result = saved
+def test_json_of_a_run_keeps_the_contract(tmp_path, capsys):
+    folder = tmp_path / "deep" / "er"
+    result = printed(capsys, "result", ["run", "nominal", "--seed", "5", "--save", str(folder)])
     assert json.loads((folder / "result.json").read_text()) == result
-    fits(result, "result")
     assert (folder / "payload.toml").read_text().startswith("#:schema ")
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]
@@ -128,16 +113,15 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
 
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])
 def test_in_the_field_a_payload_is_believed_with_the_deviations_that_it_is_drawn_with(name):
-    scenario = load_scenario(name)
-    setup = setup_of(scenario)
-    for mounting, believed in setup.payloads.items():
+    found = setup_of(load_scenario(name))
+    table = found.scenario.table
+    mass_std, com_std, share = (
+        table.random[f"payload {what}"].parameters["scale"] for what in ("mass", "centre", "inertia")
+    )
+    for mounting, believed in found.payloads.items():
         place = "plant.payload" if mounting == "loaded" else f"plant.payloads.{mounting}"
-        true = value_at(setup.scenario.table, f"{place}.mass")
-        assert (believed.mass, believed.mass_std) == (true, scenario.table.random["payload mass"].parameters["scale"])
-        assert believed.com == tuple(value_at(setup.scenario.table, f"{place}.com"))
-        assert believed.com_std == (scenario.table.random["payload centre"].parameters["scale"],) * 3
-        share = scenario.table.random["payload inertia"].parameters["scale"]
-        inertia, std = np.array(believed.inertia[:3]), np.array(believed.inertia_std[:3])
-        for key, value in zip(("ixx", "iyy", "izz"), inertia, strict=True):
-            assert value == value_at(setup.scenario.table, f"{place}.inertia.{key}")
-        np.testing.assert_allclose(std, share * inertia, rtol=0.02)  # two digits are stated
+        assert (believed.mass, believed.mass_std) == (value_at(table, f"{place}.mass"), mass_std)
+        assert (list(believed.com), believed.com_std) == (value_at(table, f"{place}.com"), (com_std,) * 3)
+        inertia, std = list(believed.inertia[:3]), believed.inertia_std[:3]
+        assert inertia == [value_at(table, f"{place}.inertia.{key}") for key in ("ixx", "iyy", "izz")]
+        np.testing.assert_allclose(std, share * np.array(inertia), rtol=0.02)  # two digits are stated

@@ -1,11 +1,9 @@
 import mujoco
 import numpy as np
-import pytest
+from bad_files import refused
 from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, with_jaw, written
 from robot_folders import arm_xml
 
-from scenarios.cli import main
-from scenarios.command_line.process import Status
 from scenarios.design.model_facts import model_facts
 
 ARM = """<robot name="two"><link name="base"/>
@@ -72,29 +70,20 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
     assert facts.velocity == {"a1": 1.0, "a3": 1.0, "a5": 1.0}
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "said"),
-    [
+def test_a_number_that_no_arm_has_is_refused_with_its_place_and_one_that_limits_nothing_is_not_stated(tmp_path, capsys):
+    for key, value, said in (
         ("MASS", "-7.5", "link 'arm' has a mass of -7.5 kg"),
         ("MASS", "2,3", "'value' Element 'mass', line 2"),
         ("EFFORT", "4l", "'effort' Element 'limit', line 5"),
         ("SPEED", "1001", "line 5: limit: velocity = '1001'"),
         ("IZZ", "0.111", "'arm'"),
         ("IXY", "0.0551", "'arm'"),
-    ],
-)
-def test_a_number_that_no_arm_has_is_refused_with_its_place(tmp_path, capsys, key, value, said):
-    path = arm(tmp_path, **{key: value})
-    assert main(["new-robot", str(path), "--out", str(tmp_path / "mine")]) == Status.BAD_INPUT
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize(("speed", "effort"), [("0", "0"), ("-1.7", "1e6"), ("inf", "inf")])
-def test_an_effort_or_speed_that_limits_nothing_is_not_stated(tmp_path, speed, effort):
-    facts = model_facts(arm(tmp_path, SPEED=speed, EFFORT=effort), None)
-    assert facts.torque == facts.velocity == {}
+    ):
+        path = arm(tmp_path, **{key: value})
+        assert said in refused(capsys, ["new-robot", str(path), "--out", str(tmp_path / "mine")])
+    for speed, effort in (("0", "0"), ("-1.7", "1e6"), ("inf", "inf")):
+        facts = model_facts(arm(tmp_path, SPEED=speed, EFFORT=effort), None)
+        assert facts.torque == facts.velocity == {}
 
 
 def test_joints_beside_the_chain_to_a_flange_are_named(tmp_path):

@@ -28,31 +28,18 @@ from sim.plant import Plant
 from sim.robot import read_robot
 from sim.trajectory import FourierTrajectory, at_rest
 
-
-def limits(n: int = 3) -> Limits:
-    return Limits(
-        lower=-np.array([2.9, 1.7, 3.3])[:n],
-        upper=np.array([2.1, 2.7, 1.3])[:n],
-        velocity=np.array([3.0, 2.0, 4.0])[:n],
-        acceleration=np.array([9.0, 14.0, 31.0])[:n],
-        torque=np.array([400.0, 300.0, 100.0])[:n],
-    )
+START = np.array([0.2, 0.3, -0.1])
 
 
 @pytest.fixture(scope="module")
 def design(tmp_path_factory) -> Design:
     """The problem of an invented arm of three joints, which has no shapes."""
     robot = read_robot(robot_folder(tmp_path_factory.mktemp("arm"), 3))
-    plant = Plant(robot=robot, drives=robot.drives, payload=replace(CYLINDER, com=(0.05, -0.03, 0.14)))
-    body = plant.payload
-    return Design(
-        plant=plant,
-        structure=structure_of(load_arm(robot.model)),
-        limits=Limits.of(plant),
-        joints=np.arange(3),
-        carried=Carried.nominal(Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
-        method="nls",
-    )
+    body, structure = replace(CYLINDER, com=(0.05, -0.03, 0.14)), structure_of(load_arm(robot.model))
+    plant = Plant(robot=robot, drives=robot.drives, payload=body)
+    carried = Carried.nominal(Payload(mass=body.mass, com=body.com, inertia=body.inertia))
+    known = {"plant": plant, "structure": structure, "carried": carried}
+    return Design(**known, limits=Limits.of(plant), joints=np.arange(3), method="nls")
 
 
 def test_the_best_of_random_motions_about_every_start_in_turn_is_taken(design):
@@ -75,7 +62,7 @@ def test_the_best_of_random_motions_about_every_start_in_turn_is_taken(design):
 def test_motions_are_judged_in_workers_in_their_order_at_the_cost_that_they_have(design):
     series = Series.harmonic(design.limits, 3, 6.0)
     rng = np.random.default_rng(1)
-    points = [series.drawn(np.array([0.2, 0.3, -0.1]), rng) for _ in range(5)]
+    points = [series.drawn(START, rng) for _ in range(5)]
     here = [design.cost(series.motion(x)) for x in points]
     assert len(set(here)) == 5
     with ThreadPoolExecutor(1) as pool:
@@ -83,7 +70,7 @@ def test_motions_are_judged_in_workers_in_their_order_at_the_cost_that_they_have
             assert judge_in(pool, workers, design, series)(points) == here
 
 
-def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_not(design):
+def test_a_search_starts_at_home_if_that_keeps_its_distance_else_elsewhere_if_it_can(design, monkeypatch):
     home, rng = np.array([0.2, 0.4, -0.3]), np.random.default_rng(0)
     np.testing.assert_array_equal(starts(design, home, rng), home[None])
     folded = np.array([0.0, 2.7, 0.0])  # into the floor
@@ -98,9 +85,6 @@ def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Design, "at_rest", lambda self, q: np.maximum(q[:, 0], 0.0))  # half of the positions are feasible
         assert (starts(design, home, rng)[:, 0] <= 0.0).all()
-
-
-def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(design, monkeypatch):
     monkeypatch.setattr(module, "POSITIONS", 170)
     torque = design.limits.torque * np.array([1.0, 1e-4, 1.0])
     weak = replace(design, limits=replace(design.limits, torque=torque))
@@ -118,20 +102,18 @@ def test_a_joint_without_limits_is_kept_within_half_a_turn_of_home_either_way(de
     np.testing.assert_array_equal(found.upper, [2.9, 0.7 + HALF_TURN, 2.9])
 
 
-# Which motion of a search a robot is given
+CASES = [  # costs in the search, costs after scaling (None: no size is small enough), which is taken, which are tried
+    ([0.9, 0.5, 0.1], [0.9, 0.5, 0.49], 2, [2]),
+    ([0.9, 0.5, 0.1], [0.9, 0.6, 0.7], 1, [2, 1]),
+    ([0.4, 0.3, 0.1], [0.4, 0.9, None], 0, [2, 1, 0]),
+    ([0.9, 0.118, 0.109, 0.105, 0.1], [0.9, 0.0, 0.0, 0.0, None], 1, [4, 1]),  # near ones
+]
 
 
-CASES = {  # costs in the search, costs after scaling (None: no size is small enough), which is taken, which are tried
-    "best": ([0.9, 0.5, 0.1], [0.9, 0.5, 0.49], 2, [2]),
-    "an earlier one": ([0.9, 0.5, 0.1], [0.9, 0.6, 0.7], 1, [2, 1]),
-    "the first": ([0.4, 0.3, 0.1], [0.4, 0.9, None], 0, [2, 1, 0]),
-    "near ones": ([0.9, 0.118, 0.109, 0.105, 0.1], [0.9, 0.0, 0.0, 0.0, None], 1, [4, 1]),
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_the_motion_that_costs_least_after_scaling_is_taken_and_those_that_cannot_are_not_tried(name):
-    searched, after, taken, tried = CASES[name]
+@pytest.mark.parametrize(("searched", "after", "taken", "tried"), CASES)
+def test_the_motion_that_costs_least_after_scaling_is_taken_and_those_that_cannot_are_not_tried(
+    searched, after, taken, tried
+):
     seen: list[int] = []
 
     def fitted(k: int) -> int:
@@ -145,19 +127,19 @@ def test_the_motion_that_costs_least_after_scaling_is_taken_and_those_that_canno
     kept = [Found(x=k, cost=cost, tried=7) for k, cost in enumerate(searched)]
     assert best_fitted(stub, series, kept) == taken
     assert seen == tried
-    after[:] = [None] * len(after)
+    after = [None] * len(after)
     with pytest.raises(TrajectoryError, match=f"^no motion found .*; the best one: {len(kept) - 1} is too fast"):
         best_fitted(stub, series, kept)
 
 
-@pytest.mark.parametrize(("factor", "kept"), [(0.99, False), (1.01, True)])
-def test_a_speed_that_is_reached_between_the_samples_of_the_search_counts(design, factor, kept):
+def test_a_speed_that_is_reached_between_the_samples_of_the_search_counts(design):
     cosine = np.zeros((3, 30))
     cosine[:, -1] = 0.02, 0.03, -0.01  # 5 Hz: at rest at every sample of 10 Hz
-    motion = FourierTrajectory(np.array([0.2, 0.3, -0.1]), np.zeros((3, 30)), cosine, 6.0)
+    motion = FourierTrajectory(START, np.zeros((3, 30)), cosine, 6.0)
     fastest = 10.0 * np.pi * np.abs(cosine[:, -1]) / (SHARES["speed"] + EXCESS)
     free = replace(design.limits, acceleration=np.full(3, 1e3), torque=np.full(3, 1e5))
-    assert replace(design, limits=replace(free, velocity=factor * fastest)).keeps_limits(motion) is kept
+    for factor, kept in ((0.99, False), (1.01, True)):
+        assert replace(design, limits=replace(free, velocity=factor * fastest)).keeps_limits(motion) is kept
 
 
 def test_a_motion_about_a_centre_that_cannot_be_held_is_shrunk_about_a_position_that_can(design):
@@ -172,18 +154,14 @@ def test_a_motion_about_a_centre_that_cannot_be_held_is_shrunk_about_a_position_
     np.testing.assert_array_equal(design.at_rest(np.array([q, pose])) == 0.0, [False, True])
 
 
-# Holds and slow sweeps
-
-
 def test_a_point_s_holds_rest_at_its_poses_and_between_and_come_back_the_same_way(design):
     holds = Series.holds(design.limits, 72.0)
-    x = holds.drawn(np.array([0.2, 0.3, -0.1]), np.random.default_rng(2))
+    x = holds.drawn(START, np.random.default_rng(2))
     motion = holds.motion(x)
     q, dq, _ = motion(np.linspace(0.0, 72.0, 4 * LEGS + 1))  # the middle of each hold
     poses = q[: 2 * LEGS + 1 : 2]
-    there = np.stack(
-        [np.interp(np.arange(0.0, LEGS + 0.5, 0.5), np.arange(LEGS + 1), each) for each in poses.T], axis=1
-    )
+    visits = np.arange(0.0, LEGS + 0.5, 0.5)
+    there = np.stack([np.interp(visits, np.arange(LEGS + 1), each) for each in poses.T], axis=1)
     size = np.abs(np.diff(poses, axis=0)).max()
     np.testing.assert_allclose(q, np.concatenate((there, there[-2::-1])), rtol=0, atol=4e-3 * size)  # smoothed kinks
     weights = x[2 * holds.n :].reshape(holds.n, LEGS + 1).T
@@ -197,7 +175,7 @@ def test_a_point_s_holds_rest_at_its_poses_and_between_and_come_back_the_same_wa
 
 def test_a_path_may_be_passed_several_times(design):
     thrice = Series.harmonic(design.limits, 4, 9.0, 3)
-    motion = thrice.motion(thrice.drawn(np.array([0.2, 0.3, -0.1]), np.random.default_rng(2)))
+    motion = thrice.motion(thrice.drawn(START, np.random.default_rng(2)))
     t = np.linspace(0.0, 3.0, 40)
     np.testing.assert_allclose(motion(t)[0], motion(t + 3.0)[0], rtol=0, atol=1e-12)
     assert np.abs(motion(t)[0] - motion(t + 1.5)[0]).max() > 0.1
@@ -206,7 +184,7 @@ def test_a_path_may_be_passed_several_times(design):
 @pytest.mark.parametrize("kind", ["harmonic", "holds"])
 def test_the_point_of_a_motion_gives_the_motion_which_uses_a_share_of_the_limits(design, kind):
     series = Series.holds(design.limits, 72.0) if kind == "holds" else Series.harmonic(design.limits, 5, 9.0)
-    motion = series.motion(series.drawn(np.array([0.2, 0.3, -0.1]), np.random.default_rng(2)))
+    motion = series.motion(series.drawn(START, np.random.default_rng(2)))
     again = series.motion(series.point(motion))
     for name in ("center", "sine", "cosine"):
         expected = getattr(motion, name)
@@ -221,7 +199,7 @@ def test_holds_are_slow_use_less_torque_and_want_what_gravity_loads_and_a_joint_
     assert not np.intersect1d(held.joints, np.flatnonzero(unloaded)).size
     assert (held.limits.velocity <= 0.5 / 0.95 + 1e-12).all()
     holds = Series.holds(held.limits, 72.0)
-    moving = holds.motion(holds.drawn(np.array([0.2, 0.3, -0.1]), np.random.default_rng(1)))
+    moving = holds.motion(holds.drawn(START, np.random.default_rng(1)))
     nearly = FourierTrajectory(moving.center, 1e-6 * moving.sine, 1e-6 * moving.cosine, 72.0)
     assert (held.deviations(nearly)[held.joints] > 0.9).all()  # what is known beforehand: 1
     assert (held.deviations(moving)[held.joints] < 0.1).any()
@@ -236,9 +214,6 @@ def test_holds_are_slow_use_less_torque_and_want_what_gravity_loads_and_a_joint_
     with pytest.raises(ScenarioError, match=r"--duration 35: .* need 36 s"):
         Series.holds(held.limits, 35.0)
     np.testing.assert_allclose(held.limits.torque * 0.8, design.limits.torque * 0.7, rtol=1e-12)
-
-
-# The command
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
 import hashlib
-import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from bad_files import refused
 from here import HERE
@@ -21,7 +21,6 @@ from scenarios.experiments.study import carry_out, study_identity
 from scenarios.rendering.content import Mood
 from scenarios.support.errors import ScenarioError
 
-QUIET = Console(quiet=True)
 pytestmark = pytest.mark.usefixtures("_all_undiagnosed")
 LIMITS = Limits(time_s=60.0)
 STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:refuses", "method_stubs:raises")
@@ -43,21 +42,17 @@ def _calls_in_this_process():
         yield
 
 
-# The study
-
-
 def study(scenario, count: int, *texts: str):
     return comparison(load_scenario(str(scenario)), [method_of(text) for text in texts], LIMITS, count, seed=5)
 
 
 @pytest.fixture(scope="module")
-def finished(scenario, tmp_path_factory):
+def rows(scenario, tmp_path_factory) -> pd.DataFrame:
     folder = tmp_path_factory.mktemp("compared") / "study"
-    return carry_out(study(scenario, 3, *STUBS), folder, HERE, command="", console=QUIET)
+    return carry_out(study(scenario, 3, *STUBS), folder, HERE, command="", console=Console(quiet=True)).table()
 
 
-def test_every_method_has_a_row_for_each_trial_and_joint(finished):
-    rows = finished.table()
+def test_every_method_has_a_row_for_each_trial_and_joint(rows):
     assert len(rows) == 3 * len(STUBS) * 6
     for _, group in rows.groupby(["trial", METHOD]):
         assert group["joint"].tolist() == [1, 2, 3, 4, 5, 6]
@@ -65,8 +60,7 @@ def test_every_method_has_a_row_for_each_trial_and_joint(finished):
     assert rows["expected"].tolist() == [True, True, True, False, True, False] * (3 * len(STUBS))
 
 
-def test_a_method_is_given_what_a_run_of_that_seed_records(finished, scenario):
-    rows = finished.table()
+def test_a_method_is_given_what_a_run_of_that_seed_records(rows, scenario):
     own = rows[(rows[METHOD] == STUBS[0]) & rows["seconds"].notna()]
     trial = int(own["trial"].iloc[0])
     run = load(str(scenario)).run(5 + trial)
@@ -80,8 +74,7 @@ def test_a_method_is_given_what_a_run_of_that_seed_records(finished, scenario):
             assert row.passed == verdict.passed
 
 
-def test_a_crash_is_rows_with_a_failure_and_refuses_nothing(finished):
-    rows = finished.table()
+def test_a_crash_is_rows_with_a_failure_and_a_trial_that_cannot_be_simulated_no_method_s_fault(rows):
     posed = rows[rows["seconds"].notna()]
     crashed = posed[posed[METHOD] == "method_stubs:raises"]
     assert (crashed["failure"] == "MethodCrashed").all()
@@ -91,10 +84,6 @@ def test_a_crash_is_rows_with_a_failure_and_refuses_nothing(finished):
     assert refused["failure"].isna().all()
     assert (refused["passed"] == ~refused["expected"]).all()
     assert set(refused["reason"]) == {"I dare not"}
-
-
-def test_a_trial_that_cannot_be_simulated_is_no_method_s_fault(finished):
-    rows = finished.table()
     unposed = rows[rows["seconds"].isna()]
     assert 0 < unposed["trial"].nunique() < 3  # a payload of 95 kg
     assert unposed["failure"].notna().all()
@@ -110,19 +99,15 @@ def test_other_methods_other_limits_and_changed_files_are_another_study(scenario
         assert study_identity(comparison(loaded, methods, limits, 1, seed=5)) != identity
 
 
-# The command
-
-
 @pytest.mark.usefixtures("_at_home")
 def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, capsys):
     methods = ["--method", STUBS[1], "--method", "exec: false"]
     words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
     said = printed(capsys, "compare", [*words, "--seed", "5"])
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
-    text = (tmp_path / "o" / "report.md").read_text()
-    assert said["scenarios"][0]["name"] == "quick"
-    assert said["scenarios"][0]["trials"] == 1
-    assert {each["method"] for each in said["scenarios"][0]["methods"]} == {STUBS[1], "exec: false"}
+    text, (only,) = (tmp_path / "o" / "report.md").read_text(), said["scenarios"]
+    assert (only["name"], only["trials"]) == ("quick", 1)
+    assert {each["method"] for each in only["methods"]} == {STUBS[1], "exec: false"}
     for key in ("Command", "Date", "Versions"):
         assert f"{key}: {said['about'][key]}." in text
     assert said["about"]["Command"].startswith(f"rx90 compare {scenario} --method {STUBS[1]}")
@@ -146,11 +131,11 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(tmp_path, 
     assert not (tmp_path / "o").exists()
 
 
-@pytest.mark.parametrize(("unposed", "ran"), [((7, 7), False), ((7, 6), True)])
-def test_a_comparison_is_missed_only_if_no_trial_reached_a_method(unposed, ran):
-    scenarios = [ComparedScenario.model_construct(name="x", trials=7, unposed=each, methods=[]) for each in unposed]
-    found = Comparison.model_construct(about={}, scenarios=scenarios)
-    assert found.ran is ran
-    if not ran:
-        (first,) = itertools.islice(found.parts(), 1)
-        assert first.mood is Mood.BAD
+def test_a_comparison_is_missed_only_if_no_trial_reached_a_method():
+    missed, six = (
+        [ComparedScenario.model_construct(name="x", trials=7, unposed=each, methods=[]) for each in unposed]
+        for unposed in ((7, 7), (7, 6))
+    )
+    assert Comparison.model_construct(about={}, scenarios=six).ran
+    found = Comparison.model_construct(about={}, scenarios=missed)
+    assert (found.ran, next(iter(found.parts())).mood) == (False, Mood.BAD)

@@ -26,13 +26,10 @@ def test_errors_of_a_joint_are_summed_up():
     assert found.cover_2.share == pytest.approx(4 / 5)
 
 
-def test_an_interval_holds_the_truth_at_its_very_end_and_one_of_zero_only_without_error():
+def test_an_interval_holds_the_truth_at_its_very_end_and_one_of_zero_only_without_error_and_none_has_no_coverage():
     edge = one(told("m", {"estimate": 2.25, "std": 0.25}, {"estimate": 2.0, "std": 0.0}, {"estimate": 2.5, "std": 0.0}))
     assert edge.joints[0].cover_1.share == pytest.approx(2 / 3)
     assert one(told("m", {"estimate": 2.5, "std": 0.25})).joints[0].cover_2.share == 1.0
-
-
-def test_gains_without_deviation_count_for_errors_and_not_for_coverage():
     found = one(told("m", {"estimate": 2.2}, {"estimate": 2.0, "std": 0.1})).joints[0]
     assert found.gains == 2
     assert found.cover_2.share == 1.0
@@ -97,18 +94,16 @@ def test_refusals_signs_and_ends_are_counted_by_what_they_are():
     assert found.wrong_claims == 0  # 150 % off, and 9 stated: it has said so
 
 
-def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
-    good = told("good", {"estimate": 2.01}, {"estimate": 2.3})  # one solved, one wrong
-    fair = told("fair", {"estimate": 2.01}, {})
-    none = told("none", {}, {})
-    bold = told("bold", {"estimate": 3.0}, {"estimate": 3.0})
-    rows = pd.concat([bold, none, good, fair])
+def test_the_best_stands_first_who_refuses_everything_does_not_win_and_of_equal_scores_the_smaller_rms_is_first():
+    answers = {  # one solved and one wrong, one solved, none, both wrong
+        "good": ({"estimate": 2.01}, {"estimate": 2.3}),
+        "fair": ({"estimate": 2.01}, {}),
+        "none": ({}, {}),
+        "bold": ({"estimate": 3.0}, {"estimate": 3.0}),
+    }
+    rows = pd.concat([told(name, *rows) for name, rows in answers.items()])
     ranked = compared("s", rows, ["bold", "none", "good", "fair"]).methods
-    assert [each.method for each in ranked] == ["fair", "good", "none", "bold"]
-    assert [each.score for each in ranked] == [0.5, 0.0, 0.0, -1.0]
-
-
-def test_of_equal_scores_the_smaller_rms_error_of_all_gains_is_first_and_told():
+    assert [(each.method, each.score) for each in ranked] == [("fair", 0.5), ("good", 0), ("none", 0), ("bold", -1)]
     # Errors of 2.5 and 0.5 %, of -1 and 1.5 %; rms of both: sqrt((6.25 + .25) / 2), sqrt((1 + 2.25) / 2).
     rows = pd.concat(
         [told("wide", {"estimate": 2.05}, {"estimate": 2.01}), told("near", {"estimate": 1.98}, {"estimate": 2.03})]

@@ -1,8 +1,8 @@
 import json
 import re
 import tomllib
-from collections.abc import Callable
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -18,7 +18,6 @@ from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
-from scenarios.design.model_facts import ModelFacts
 from scenarios.design.new_robot import bar, home_pose, new_robot
 from scenarios.experiments.schema import TURNS, body_of
 from sim.controller import inverse_dynamics
@@ -65,23 +64,16 @@ def still(monkeypatch):
 @pytest.mark.usefixtures("still")
 def test_stated_values_are_published_and_others_assumed_with_their_source(servo_arm, tmp_path, capsys):
     limits = made(servo_arm, tmp_path / "mine", capsys)["limits"]
-    assert [(each["torque"], each["torque_assumed"], each["speed_assumed"]) for each in limits] == [
-        (80.0, False, True)
-    ] * 3
+    shown = [(each["torque"], each["torque_assumed"], each["speed_assumed"]) for each in limits]
+    assert shown == [(80.0, False, True)] * 3
     table = tomllib.loads((tmp_path / "mine/robot.toml").read_text())
     drives = table["drives"]
     assert drives["current_limit"]["value"] == [80.0] * 3  # forcerange of the servos
     assert (drives["current_limit"]["origin"], drives["max_velocity"]["origin"]) == ("published", "assumed")
-    expected = {
-        "gain": 1.0,
-        "max_velocity": 2.0,  # a file of MuJoCo states no speed
-        "max_acceleration": 4.0 * 2.0,
-        "rotor_inertia": 0.0065 * 80.0,
-        "viscous_friction": 10.0 * 0.0065 * 80.0,
-        "coulomb_friction": 1.0 * 10.0 * 0.0065 * 80.0,
-        "coulomb_asymmetry": 0.03 * 10.0 * 0.0065 * 80.0,
-        "amplifier_offset": 0.02 * 10.0 * 0.0065 * 80.0,
-    }
+    inertia, friction = 0.0065 * 80.0, 10.0 * 0.0065 * 80.0
+    expected = {"gain": 1.0, "max_velocity": 2.0, "max_acceleration": 4.0 * 2.0}  # a file of MuJoCo states no speed
+    expected |= {"rotor_inertia": inertia, "viscous_friction": friction, "coulomb_friction": 1.0 * friction}
+    expected |= {"coulomb_asymmetry": 0.03 * friction, "amplifier_offset": 0.02 * friction}
     for name, value in expected.items():
         np.testing.assert_allclose(drives[name]["value"], value, rtol=1e-9)
     assert table["home"]["value"] == [0.0, 0.4, -0.7]
@@ -146,14 +138,13 @@ def test_a_payload_takes_30_per_cent_of_the_weakest_joint_and_at_most_the_rated_
         new_robot(servo_arm, torque=[80.0, 0.001, 71.0])
 
 
-@pytest.mark.parametrize("com", ["", "com = [0.01, 0.02, 0.03]\n"])
-def test_a_payload_that_is_not_complete_cannot_be_simulated(servo_arm, tmp_path, com):
-    partly = written(tmp_path, "p.toml", f'mass = 0.4\nknown = "mass"\n{com}')
-    with pytest.raises(PayloadError, match=r"p\.toml: a simulation needs com and inertia"):
-        new_robot(servo_arm, payload=partly)
-
-
-def test_torques_and_poses_that_do_not_fit_the_arm_are_refused(servo_arm, tmp_path, capsys):
+def test_a_payload_that_is_not_complete_and_torques_and_poses_that_do_not_fit_the_arm_are_refused(
+    servo_arm, tmp_path, capsys
+):
+    for com in ("", "com = [0.01, 0.02, 0.03]\n"):
+        partly = written(tmp_path, "p.toml", f'mass = 0.4\nknown = "mass"\n{com}')
+        with pytest.raises(PayloadError, match=r"p\.toml: a simulation needs com and inertia"):
+            new_robot(servo_arm, payload=partly)
     for words, said in (
         (["--torque", "1", "2"], "torque: 2 values, but the arm has 3 joints: shoulder, elbow"),
         (["--home", "0.3", "0.4"], "home: 2 values, but the arm has 3 joints"),
@@ -164,9 +155,8 @@ def test_torques_and_poses_that_do_not_fit_the_arm_are_refused(servo_arm, tmp_pa
 
 
 def test_the_home_pose_is_the_first_clear_one_or_the_farthest(arm):
-    facts = ModelFacts(torque={}, velocity={}, home={}, locked=(), from_shapes=(), missing_meshes=(), ignored=())
     center, half = 0.5 * (arm.upper + arm.lower), 0.5 * (arm.upper - arm.lower)
-    limits = SimpleNamespace(center=center, half=half)
+    limits, facts = SimpleNamespace(center=center, half=half), SimpleNamespace(home={})
 
     def distance(q) -> np.ndarray:
         return 0.001 * np.linalg.norm(q - 1.1, axis=1)
@@ -194,31 +184,25 @@ def test_a_given_home_is_taken_and_one_near_the_floor_is_reported(servo_arm, tmp
         assert said in " ".join(capsys.readouterr().out.split())
 
 
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
 @pytest.mark.usefixtures("still")
-def test_files_are_written_all_or_none_and_changed_ones_are_kept(servo_arm, tmp_path, capsys, monkeypatch):
+def test_files_are_written_all_or_none_and_changed_ones_are_kept(servo_arm, tmp_path, capsys):
+    def contents(folder):
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
+
     mine, fresh = tmp_path / "mine", tmp_path / "fresh"
     made(servo_arm, mine, capsys)
     before = contents(mine)
     other = written(tmp_path, "other.urdf", ros(more=GRIPPER))
     words = ["new-robot", str(other), "--flange", "tool0", "--out", str(mine)]
-
-    def failing(error: Exception) -> Callable[..., None]:
-        def fails(*_: object) -> None:
-            raise error
-
-        return fails
-
     again = ["new-robot", str(servo_arm), "--out"]
-    for name, error in (("best_fitted", TrajectoryError("no motion")), ("write_motion", OSError(28, "No space left"))):
+    for name, error, folder in (
+        ("best_fitted", TrajectoryError("no motion"), mine),
+        ("best_fitted", TrajectoryError("no motion"), fresh),
+        ("write_motion", OSError(28, "No space left"), mine),
+    ):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(folder_module, name, failing(error))
-            refused(capsys, [*again, str(mine)])
-            if name == "best_fitted":
-                refused(capsys, [*again, str(fresh)])
+            patch.setattr(folder_module, name, Mock(side_effect=error))
+            refused(capsys, [*again, str(folder)])
     assert (contents(mine), fresh.exists()) == (before, False)
     assert main(words) == Status.PASSED
     assert tomllib.loads((mine / "robot.toml").read_text())["model"] == "../other.urdf"

@@ -41,8 +41,7 @@ def cost_of(budget: PredictedBudget, source: str) -> SimpleNamespace:
 
 @pytest.fixture(scope="module")
 def budget(quick) -> PredictedBudget:
-    body = "plant.payload.inertia."
-    whole = ["plant.payload.mass", f"{body}ixx", f"{body}iyy", f"{body}izz"]
+    whole = ["plant.payload.mass", *(f"plant.payload.inertia.{axis}" for axis in ("ixx", "iyy", "izz"))]
     tenth = {"parameters": {"loc": 1.0, "scale": 0.1}}
     sources = {
         "heavy": drawn(whole, parameters={"loc": 1.04, "scale": 0.01}, apply="multiply", shared=True),

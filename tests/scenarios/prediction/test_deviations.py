@@ -30,11 +30,12 @@ def arm(tmp_path_factory) -> tuple[Structure, MotionRows]:
     return structure, model.rows(motion(np.arange(0.0, 7.0, 1.0 / RATE)), RATE)
 
 
-def payload(known: str, **stds) -> Payload:
-    return Payload(mass=2.9, com=(0.11, -0.07, 0.13), inertia=INERTIA, known=known, **stds)
-
-
 STDS = {"mass_std": 0.05, "com_std": (0.002, 0.003, 0.001), "inertia_std": (1e-3, 2e-3, 3e-3, 4e-4, 5e-4, 6e-4)}
+KNOWN = pytest.mark.parametrize("known", ["all", "com", "mass"])
+
+
+def carried(known: str) -> Carried:
+    return Carried.nominal(Payload(mass=2.9, com=(0.11, -0.07, 0.13), inertia=INERTIA, known=known, **STDS))
 
 
 def sigma(rows: MotionRows, chi: np.ndarray) -> np.ndarray:
@@ -77,10 +78,9 @@ def written_out(rows: MotionRows, structure: Structure, what: Carried) -> tuple[
     return np.linalg.norm(inverse, axis=1), np.linalg.norm(inverse @ error, axis=1)
 
 
-@pytest.mark.parametrize("known", ["all", "com", "mass"])
+@KNOWN
 def test_all_joints_at_once_are_the_least_squares_of_every_unknown_written_out(arm, known):
-    structure, rows = arm
-    what = Carried.nominal(payload(known, **STDS))
+    (structure, rows), what = arm, carried(known)
     found = predicted(rows, structure, "nls")(what)
     noise, share = written_out(rows, structure, what)
     np.testing.assert_allclose(found.noise, noise, rtol=SQUARED)
@@ -88,10 +88,9 @@ def test_all_joints_at_once_are_the_least_squares_of_every_unknown_written_out(a
     np.testing.assert_allclose(found.total, np.sqrt(noise**2 + share**2), rtol=SQUARED)
 
 
-@pytest.mark.parametrize("known", ["all", "com", "mass"])
+@KNOWN
 def test_joint_by_joint_is_equation_27_written_out(arm, known):
-    structure, rows = arm
-    what = Carried.nominal(payload(known, **STDS))
+    (structure, rows), what = arm, carried(known)
     found = predicted(rows, structure, "ls-2011")(what)
     s = sigma(rows, what.chi)
     for j, columns in enumerate(structure.joint_independent):

@@ -130,28 +130,22 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
 
 @pytest.mark.parametrize(("lasting", "shared"), [(False, True), (True, False)])
 def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lasting, shared):
-    K, by_position, q, v = (
-        rng.normal(size=(2, 5, 3)),
-        rng.normal(size=(2, 5, 3)),
-        rng.normal(size=3),
-        rng.normal(size=3),
-    )
+    K, by_position = rng.normal(size=(2, 2, 5, 3))
+    q, v = rng.normal(size=(2, 3))
     noise = Noise(stream="new", q=q, v=v, lasting=lasting, shared=shared)
     draws = np.eye((1 if lasting else 5) * (1 if shared else 3)).reshape(-1, 1 if lasting else 5, 1 if shared else 3)
     found = [np.sum((K * v + by_position * q) * draw, axis=(1, 2)) for draw in draws]
     np.testing.assert_allclose(_variance(noise, K, by_position), np.sum(np.square(found), axis=0), rtol=1e-12)
 
 
-def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich):
-    linear, logs = Linearised.of(rich, 4), expected_logs(rich, 4)
+def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich, base):
+    linear, logs, _ = base
     t, size = logs[0].log.t, 1e-6 * np.array([0.9, 0.4, 0.7, 1.3, 1.1, 0.6])
     waves = [size * np.sin(np.outer(t, 2.0 * np.pi * (f + np.arange(6))) + f) for f in (6.1, 7.3)]  # [Hz]
-    ends = [
-        inverse_gains(
-            rich, [Recording(t, each.log.q + by * dq, each.log.v) for each, dq in zip(logs, waves, strict=True)]
-        )
-        for by in (-1.0, 1.0)
+    moved = [
+        [Recording(t, a.log.q + by * dq, a.log.v) for a, dq in zip(logs, waves, strict=True)] for by in (-1.0, 1.0)
     ]
+    ends = [inverse_gains(rich, recordings) for recordings in moved]
     found = sum(
         np.einsum("ktj,tj->k", _by_position(K, experiment, logs[0].log.rate_hz, 15.0), dq)
         for K, experiment, dq in zip(linear.weights(len(t)), rich.experiments, waves, strict=True)

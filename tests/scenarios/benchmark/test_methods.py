@@ -32,9 +32,6 @@ def script(folder: Path, text: str) -> str:
     return f"exec: {sys.executable} {path}"
 
 
-# What is asked, and what comes back
-
-
 def exact(claims: Sequence[Claim]) -> bool:
     np.testing.assert_allclose([claim.value for claim in claims], GAIN, rtol=1e-8)  # filters and differences: 1e-9
     return all(claim.std > 0.0 and claim.reason is None for claim in claims)
@@ -46,16 +43,16 @@ def test_a_method_in_its_own_process_finds_exact_gains(text, folder):
     assert exact(asked(text, folder).outcome)
 
 
+COUNTS = """import json, sys, pathlib
+problem = json.loads((pathlib.Path(sys.argv[-1]) / "problem.json").read_text())
+gains = [{"joint": j, "estimate": j + 0.5, "std": None, "identifiable": True} for j in range(1, 7)]
+assert sys.argv[1:-1] == ["--fast", "a b"] and len(problem["motions"]) == 2
+print(json.dumps({"gains": gains, "more": "of no interest"}))
+"""
+
+
 def test_a_command_is_given_the_folder_as_its_last_word_and_its_answer_is_read(folder, tmp_path):
-    text = script(
-        tmp_path,
-        "import json, sys, pathlib\n"
-        "problem = json.loads((pathlib.Path(sys.argv[-1]) / 'problem.json').read_text())\n"
-        "gains = [{'joint': j, 'estimate': j + 0.5, 'std': None, 'identifiable': True} for j in range(1, 7)]\n"
-        "assert sys.argv[1:-1] == ['--fast', 'a b'] and len(problem['motions']) == 2\n"
-        "print(json.dumps({'gains': gains, 'more': 'of no interest'}))\n",
-    )
-    called = asked(f"{text} --fast 'a b'", folder)
+    called = asked(f"{script(tmp_path, COUNTS)} --fast 'a b'", folder)
     assert called.outcome == tuple(Claim(j + 0.5, None, None) for j in range(1, 7))
     assert 0.0 < called.seconds < LIMITS.time_s
 
@@ -68,21 +65,18 @@ def test_options_of_a_method_and_of_the_identification_reach_it(folder):
     assert "too slow for a cut-off of 600 Hz" in coarse[0]["reason"]
 
 
-def test_data_that_are_refused_as_a_whole_are_every_joint_refused(structure, tmp_path):
+def test_our_own_methods_find_exact_gains_by_the_schemas_and_refuse_every_joint_of_refused_data(
+    folder, structure, tmp_path
+):
+    found = python_answer("ls-2011", folder)
+    for name in ("answer", "result"):
+        fits(found, name)
+    assert exact(read_answer(json.dumps(found).encode(), 6))
     answer = python_answer("ls-2011", exact_problem(tmp_path / "p", structure, motions=1))
     claims = read_answer(json.dumps(answer).encode(), 6)
     assert [claim.value for claim in claims] == [None] * 6
     assert all("no motion carries a payload" in claim.reason for claim in claims)
 
-
-def test_our_own_methods_find_exact_gains_and_answer_by_the_schemas(folder):
-    found = python_answer("ls-2011", folder)
-    for name in ("answer", "result"):
-        fits(found, name)
-    assert exact(read_answer(json.dumps(found).encode(), 6))
-
-
-# How methods are named
 
 UNKNOWN = [
     ("ls-2012", "unknown method 'ls-2012'; did you mean 'ls-2011'?"),
@@ -136,8 +130,6 @@ def test_a_function_of_the_working_folder_may_print_and_leave_out_what_follows(f
     assert outcome == (*[Claim(0.75, None, None)] * 5, Claim(None, None, "I dare not"))
 
 
-# What they may take
-
 ENDS = [
     pytest.param("method_stubs:raises", "MethodCrashed", "status 1: ValueError: what is this?", marks=pytest.mark.slow),
     ("exec: sh -c 'echo what is this? >&2; exit 3'", "MethodCrashed", "exit status 3: what is this?"),
@@ -175,17 +167,11 @@ def test_a_method_that_takes_too_long_is_ended_with_all_that_it_started(folder, 
         assert called.seconds < 5.0 * limit
         if note.exists():
             break
-    for number in map(int, note.read_text().split()):
-        for _ in range(50):  # a killed process needs an instant
-            state = Path(f"/proc/{number}/stat")
-            if not state.exists() or ") Z " in state.read_text():
-                break
+    for number in note.read_text().split():
+        state, deadline = Path(f"/proc/{number}/stat"), time.monotonic() + 5.0  # a killed process needs an instant
+        while (living := state.exists() and ") Z " not in state.read_text()) and time.monotonic() < deadline:
             time.sleep(0.1)
-        else:
-            pytest.fail(f"process {number} lives")
-
-
-# What of an answer is believed
+        assert not living
 
 
 def answer(*gains: dict) -> bytes:
@@ -217,15 +203,12 @@ MISFITS = [
 ]
 
 
-def test_every_misfit_of_an_answer_has_a_name():
+def test_every_misfit_of_an_answer_has_a_name_and_others_are_read_as_they_are_meant():
     for text, kind, message in MISFITS:
         with pytest.raises(ScenarioError) as caught:
             read_answer(text, 1)
         assert (caught.value.kind, message in str(caught.value)) == (kind, True), str(caught.value)
         assert len(str(caught.value)) < 300
-
-
-def test_an_answer_is_read_as_it_is_meant():
     refused = gain(3, estimate=None, std=None, reason="no", **REFUSED)
     text = answer(gain(), gain(2, estimate=-3, std=None), refused)
     assert read_answer(text, 3) == (Claim(1.5, 0.25, None), Claim(-3.0, None, None), Claim(None, None, "no"))

@@ -60,9 +60,8 @@ def test_gains_of_motors_are_found_and_belong_to_that_transmission(scenario, tmp
     error = (found.gain - RX90.drives.gain) / found.std
     assert found.identifiable[1:].all()  # a differential wrist shows the payload on both of its motors
     assert np.abs(error).max() < 3.0
-    origin = GivenProblem(
-        model=RX90.model, arm=loaded.arm, motions=tuple(logs), observing=ObserveOptions(), gains=GainOptions()
-    )
+    given = {"observing": ObserveOptions(), "gains": GainOptions()}
+    origin = GivenProblem(model=RX90.model, arm=loaded.arm, motions=tuple(logs), **given)
     file = gains_file(found, origin)
     assert file.transmission == tuple(map(tuple, A.tolist()))
     file.of(loaded.arm)
@@ -128,10 +127,9 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
     assert new.drives["max_velocity"].value.tolist() == [2.0, 8.0, 7.0]  # 2 rad/s of each joint at once
     rng, speed = np.random.default_rng(3), np.array([2.0, 7.0 / 1.5, 8.0 / 3.0]) / 3.0  # of one joint alone
     states = [rng.uniform(low, high, (4000, 3)) for low, high in ((new.arm.lower, new.arm.upper), (-speed, speed))]
+    states.append(4.0 * rng.uniform(-speed, speed, (4000, 3)))
     load = body_of(bar(new.arm, 0.1 * 5.5))  # a tenth of the links
-    joints = inverse_dynamics(
-        bare_arm(tmp_path / "wrist.xml", np.zeros(3), None, load), *states, 4.0 * rng.uniform(-speed, speed, (4000, 3))
-    )
+    joints = inverse_dynamics(bare_arm(tmp_path / "wrist.xml", np.zeros(3), None, load), *states)
     share = 2.0 * np.abs(np.linalg.solve(A.T, joints.T)).max(axis=1) / new.drives["current_limit"].value
     assert ((share[1:] > 0.98) & (share[1:] < 1.25)).all()  # 200 states see somewhat less than 4000; 80 N m are stated
     (tmp_path / "robot").mkdir()
@@ -142,21 +140,18 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
     np.testing.assert_array_equal(structure(robot, ()).arm.transmission, new.transmission)
 
 
-@pytest.mark.parametrize(
-    ("motors", "rows"),
-    [
+def test_a_tendon_takes_the_row_of_a_joint_that_has_no_motor_of_its_own(tmp_path):
+    for motors, rows in (
         ('<motor joint="pitch"/><position tendon="mB"/><velocity tendon="mB"/>', [[1.0, 0.0], [1.5, -2.0]]),
         ('<motor tendon="mB"/><motor joint="roll"/>', [[1.5, -2.0], [0.0, 1.0]]),
         ('<motor tendon="mB"/><motor tendon="mA"/>', [[1.5, -2.0], [1.0, 3.0]]),  # without names on one line
         ('<motor tendon="mB"/><motor joint="roll"/><motor joint="pitch"/>', None),
-    ],
-)
-def test_a_tendon_takes_the_row_of_a_joint_that_has_no_motor_of_its_own(tmp_path, motors, rows):
-    start = TENDONS.index('<motor name="aA"')
-    (tmp_path / "wrist.xml").write_text(TENDONS[:start] + motors + "</actuator></mujoco>")
-    arm, minimal = load_joints(tmp_path / "wrist.xml")
-    found = stated_transmission(minimal, arm.joint_names)
-    assert rows is None if found is None else found[1:, 1:].tolist() == rows
+    ):
+        start = TENDONS.index('<motor name="aA"')
+        (tmp_path / "wrist.xml").write_text(TENDONS[:start] + motors + "</actuator></mujoco>")
+        arm, minimal = load_joints(tmp_path / "wrist.xml")
+        found = stated_transmission(minimal, arm.joint_names)
+        assert rows is None if found is None else found[1:, 1:].tolist() == rows
 
 
 def test_commands_for_such_a_robot_name_its_file_and_pages_say_what_turns(scenario, tmp_path, capsys):

@@ -61,8 +61,8 @@ VERDICTS = {
 class Weight:
     """A nominal payload."""
 
-    shape: str  # name of the shape, a key of `SHAPES`
-    dimensions: tuple[float, ...]  # dimensions [mm], in the shape's order
+    shape: str  # a key of `SHAPES`
+    dimensions: tuple[float, ...]  # [mm], in the shape's order
     quarter: int  # number of quarter turns about z from the flange's x to the payload's, as four screws allow
     density: float  # [kg/m^3]
 
@@ -319,14 +319,10 @@ class PayloadSearch:
 
     def candidate(self, weight: Weight) -> DesignedWeight:
         """Return a designed payload with its effect, and why it must not be mounted."""
-        payload = self.payload(weight)
-        return DesignedWeight(
-            **dict(self.effect(Carried.nominal(payload), payload)),
-            shape=weight.shape,
-            dimensions_mm=dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True)),
-            turned_deg=90 * weight.quarter,
-            refusal=self.refusal(weight) or None,
-        )
+        payload, sizes = self.payload(weight), dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True))
+        made = {"shape": weight.shape, "dimensions_mm": sizes, "turned_deg": 90 * weight.quarter}
+        effect = dict(self.effect(Carried.nominal(payload), payload))
+        return DesignedWeight(**effect, **made, refusal=self.refusal(weight) or None)
 
 
 def design_payload(

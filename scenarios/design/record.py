@@ -74,12 +74,8 @@ def controller_files(setup: Setup, motion: States) -> dict[str, str]:
     ros = [f"joint_names: {json.dumps(arm.joint_names)}", "points:"]
     for t, q, dq, ddq in zip(*motion, strict=True):
         sec, nanosec = divmod(round(float(t) * 10**9), 10**9)
-        ros += [
-            f"- positions: {_row(q, 12)}",
-            f"  velocities: {_row(dq, 12)}",
-            f"  accelerations: {_row(ddq, 12)}",
-            f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}",
-        ]
+        ros += [f"- positions: {_row(q, 12)}", f"  velocities: {_row(dq, 12)}", f"  accelerations: {_row(ddq, 12)}"]
+        ros.append(f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}")
     texts = {"motion.csv": text.getvalue(), "motion.yaml": "\n".join(ros) + "\n"}
     if arm.revolute.all() and arm.n == 6:  # slowly to the start, where vibrations decay; then with URScript's defaults
         ur = ["def drive_gains():", f"  movej({_row(motion.q[0], 9)}, a=0.3, v=0.2)", "  sleep(2.0)"]
@@ -131,17 +127,11 @@ class Recorded(ResultModel):
         lowest, highest = motion.q.min(axis=0), motion.q.max(axis=0)
         speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
         used = speed / robot.drives.max_velocity, acceleration / robot.drives.max_acceleration
-        columns = (motion.q[0], lowest, highest, speed, used[0], acceleration, used[1])
-        names = [name for name in RecordedJoint.model_fields if name not in ("joint", "name")]
-        joints = [
-            RecordedJoint(joint=j, name=name, **dict(zip(names, row, strict=True)))
-            for j, (name, row) in enumerate(zip(arm.joint_names, np.transpose(columns).tolist(), strict=True), 1)
-        ]
-        over = {
-            "positions": (lowest < arm.lower) | (highest > arm.upper),
-            "speed": used[0] > 1.0,
-            "acceleration": used[1] > 1.0,
-        }
+        columns = np.transpose((motion.q[0], lowest, highest, speed, used[0], acceleration, used[1])).tolist()
+        rows = ((j, name, *row) for j, (name, row) in enumerate(zip(arm.joint_names, columns, strict=True), 1))
+        joints = [RecordedJoint(**dict(zip(RecordedJoint.model_fields, row, strict=True))) for row in rows]
+        outside = (lowest < arm.lower) | (highest > arm.upper)
+        over = {"positions": outside, "speed": used[0] > 1.0, "acceleration": used[1] > 1.0}
         beyond = [f"joint {j + 1}: {what}" for j in range(arm.n) for what, beyond in over.items() if beyond[j]]
         A = None if arm.transmission is None else arm.transmission.tolist()
         size = {"samples": len(motion.t), "duration_s": float(motion.t[-1])}
@@ -204,12 +194,12 @@ def instructions(setup: Setup, recorded: Recorded, name: str, expected: Diagnose
     parts: list[Part] = [
         Heading("Command"),
         table(
-            list(enumerate(zip(setup.protocol, experiments, strict=True), 1)),
-            column("Motion", lambda row: row[0]),
-            column("Mounted", lambda row: "nothing" if row[1][0] == BARE else row[1][0], words=True),
-            column("Rest before [s]", lambda row: f"{row[1][1].pause:g}" if row[0] > 1 else None),
-            column("Lasts [s]", lambda row: f"{row[1][1].trajectory.duration:g}"),
-            column("File", lambda row: f"{row[1][1].name}.parquet", words=True),
+            list(zip(setup.protocol, experiments, strict=True)),
+            column("Motion", lambda row: row[1].earlier + 1),
+            column("Mounted", lambda row: "nothing" if row[0] == BARE else row[0], words=True),
+            column("Rest before [s]", lambda row: f"{row[1].pause:g}" if row[1].earlier else None),
+            column("Lasts [s]", lambda row: f"{row[1].trajectory.duration:g}"),
+            column("File", lambda row: f"{row[1].name}.parquet", words=True),
             title="Order of motions",
         ),
         Paragraph(f"{warming} {turns}"),

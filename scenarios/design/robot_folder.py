@@ -114,11 +114,10 @@ def found_motion(
         try:
             motions.append(best_fitted(design, series, search(design, series, attempt)))
         except TrajectoryError as error:
-            if error.kind != NO_POSITION:
-                failed = error
-                continue
-            said = f"{error}: --payload KG; or state --torque, or name a pose that can be held and is clear, --home"
-            raise TrajectoryError(said, kind=NO_POSITION) from error
+            if error.kind == NO_POSITION:
+                said = "--payload KG; or state --torque, or name a pose that can be held and is clear, --home"
+                raise TrajectoryError(f"{error}: {said}", kind=NO_POSITION) from error
+            failed = error
         if motions and (design.deviations(motions[-1]) <= SHOWN).all():
             break
     if not motions:

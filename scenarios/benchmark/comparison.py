@@ -144,9 +144,7 @@ class ComparedScenario(ResultModel):
             column("Std [%]", lambda row: percent(row[1].spread)),
             column("Rms [%]", lambda row: percent(row[1].rms)),
             column("95 %\nbelow [%]", lambda row: percent(row[1].p95)),
-            column(
-                "Within\n2 sigma [%]", lambda row: percent(None if (x := row[1].cover_2) is None else x.share, ".1f")
-            ),
+            column("Within\n2 sigma [%]", lambda row: percent(getattr(row[1].cover_2, "share", None), ".1f")),
             column("Estimated\nstd [%]", lambda row: percent(row[1].claimed)),
         )
         if self.unposed:
@@ -237,8 +235,8 @@ def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedS
     posed = posed.assign(
         off=off,
         claimed=claimed,
-        wrong=claimed & ~good,
-        wrong_sign=estimate * true < 0.0,
+        wrong_claims=claimed & ~good,
+        wrong_signs=estimate * true < 0.0,
         refused_rightly=refused & ~expected,
         refused_wrongly=refused & expected,
         **{f"within {share}": expected & (np.abs(error) <= share) for share in SOLVED},
@@ -250,20 +248,16 @@ def compared(name: str, rows: pd.DataFrame, methods: Sequence[str]) -> ComparedS
 
 
 def _summary(method: str, rows: pd.DataFrame) -> MethodSummary:
-    names = ("expected", "wrong", "wrong_sign", "refused_rightly", "refused_wrongly", *(f"within {s}" for s in SOLVED))
-    count = {name: int(rows[name].to_numpy(bool).sum()) for name in names}
-    wanted = max(count["expected"], 1)
-    calls = rows.drop_duplicates("trial")
+    counted, within = ("refused_rightly", "refused_wrongly", "wrong_claims", "wrong_signs"), "within {}".format
+    count = {name: int(rows[name].to_numpy(bool).sum()) for name in ("expected", *counted, *map(within, SOLVED))}
+    wanted, calls = max(count["expected"], 1), rows.drop_duplicates("trial")
     return MethodSummary(
         method=method,
         trials=len(calls),
         wanted=count["expected"],
-        score=(count[f"within {RANKED_BY}"] - count["wrong"]) / wanted,
-        solved=tuple(count[f"within {share}"] / wanted for share in SOLVED),
-        refused_rightly=count["refused_rightly"],
-        refused_wrongly=count["refused_wrongly"],
-        wrong_claims=count["wrong"],
-        wrong_signs=count["wrong_sign"],
+        score=(count[within(RANKED_BY)] - count["wrong_claims"]) / wanted,
+        solved=tuple(count[within(share)] / wanted for share in SOLVED),
+        **{name: count[name] for name in counted},
         failures=dict(Counter(calls["failure"].dropna().tolist())),
         seconds=float(np.median(calls["seconds"].to_numpy())) if len(calls) else None,
         joints=tuple(_joint(each, rows.query("joint == @each")) for each in np.unique(rows["joint"]).tolist()),

@@ -85,8 +85,7 @@ def method_of(text: str) -> Method:
             raise ScenarioError(f"method {shown(text)}: {str(error).lower()}") from error
         if not words:
             raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
-        program = shutil.which(words[0])
-        if program is None:
+        if (program := shutil.which(words[0])) is None:
             raise ScenarioError(f"method {shown(text)}: program not found: {shown(words[0])}")
         files = [Path(program), *(Path(word) for word in words[1:] if Path(word).is_file())]
         return Method(text, (str(Path(program).absolute()), *words[1:]), _digests(files))

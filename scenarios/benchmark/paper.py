@@ -293,10 +293,8 @@ def checks_of(
     """Return the claims of the paper."""
     one, two, three = cases
     mass, second = two["M"], second_payload["M"]
-    inside = [
-        gain.estimate is not None and abs(gain.estimate - gain.true) < bound
-        for gain, bound in zip(gains, GAINS_2SIGMA, strict=False)
-    ]
+    pairs = zip(gains, GAINS_2SIGMA, strict=False)
+    inside = [gain.estimate is not None and abs(gain.estimate - gain.true) < bound for gain, bound in pairs]
     norm = three.fit.rel_error_norm / two.fit.rel_error_norm
     rows = (two.fit.rows - two.fit.unknowns) / ROWS_LESS_UNKNOWNS
     claims = {

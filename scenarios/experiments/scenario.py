@@ -109,7 +109,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
         inner = below[key]
     if inner is None and place.startswith(OPTIONAL):
         return [0.0] * len(table.tolerance.gain)
-    if isinstance(inner, list | tuple) and all(_is_number(x) for x in inner):
+    if isinstance(inner, list | tuple) and all(map(_is_number, inner)):
         return [float(x) for x in inner]
     if isinstance(inner, str):
         return inner

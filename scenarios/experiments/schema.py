@@ -299,9 +299,8 @@ OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": 
 
 def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
     """Validate a scenario's tables; `path` is its name in messages."""
-    other = next((kind for key, kind in OTHER_FILES.items() if key in table), None)
-    if other is not None:
-        raise WrongValue(f"{path}: this is a {other} file; expected a scenario")
+    for kind in (kind for key, kind in OTHER_FILES.items() if key in table):
+        raise WrongValue(f"{path}: this is a {kind} file; expected a scenario")
     parsed = validated_table(ScenarioTable, table, path, WrongValue)
     check(parsed, path)
     for fault in (*_payload_faults(parsed), *_draw_faults(parsed)):

@@ -191,10 +191,8 @@ class PredictedBudget(ResultModel):
 
     def parts(self) -> Iterable[Part]:
         """Return verdict, all sources together with tolerances, error from each source, remarks."""
-        worst = [max(each.costs, key=lambda cost: cost.rms).source for each in self.joints]
-        yield budget_verdict(
-            [(each.joint, each.together.rms, each.tolerance, of) for each, of in zip(self.joints, worst, strict=True)]
-        )
+        worst = [(each, max(each.costs, key=lambda cost: cost.rms).source) for each in self.joints]
+        yield budget_verdict([(each.joint, each.together.rms, each.tolerance, source) for each, source in worst])
         costs = list(zip(*(each.costs for each in self.joints), strict=True))  # of a source, by joint
         shown = [of_joints for of_joints in costs if any(each.rms >= LEAST for each in of_joints)]
         if shown:

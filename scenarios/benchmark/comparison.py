@@ -151,7 +151,6 @@ class ComparedScenario(ResultModel):
             yield Paragraph(f"{self.unposed} of them failed before any method was run.")
 
     def _plots(self) -> Iterable[Plot]:
-        """Errors and coverage of the best methods by joint."""
         best, more = self.methods[: len(SERIES)], len(self.methods) - len(SERIES)
         left = f" {more} more in the table only." if more > 0 else ""
         joints = [each.joint for each in self.methods[0].joints]

@@ -284,7 +284,6 @@ def drives_by_default(
     """Return the tables of `[drives]`, of motors, which turn by A q; `need` has torques at speeds up to given ones."""
 
     def stated(values: Mapping[str, float], name: str, default: Array) -> Stated:
-        """Return the values of the file, completed by a default."""
         value = _digits([values.get(joint, default[j]) for j, joint in enumerate(arm.joint_names)], 4)
         origin = tuple("published" if joint in values else "assumed" for joint in arm.joint_names)
         parts = [f"stated in {model.name}"] * ("published" in origin) + [DEFAULTS[name].source] * ("assumed" in origin)
@@ -380,5 +379,4 @@ def bar(arm: Arm, mass: float) -> Payload:
 
 
 def _digits(values: Iterable[float], digits: int) -> list[float]:
-    """Return numbers rounded to significant digits."""
     return [float(f"{value:.{digits}g}") for value in values]

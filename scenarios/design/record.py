@@ -141,7 +141,6 @@ class Recorded(ResultModel):
         """Return the table of the motion, and the limits that it exceeds."""
 
         def share(value: float) -> Cell:
-            """Return a share of a limit in percent, a dash without a limit."""
             return Cell(f"{100.0 * value:.0f}", Mood.BAD if value > 1.0 else Mood.PLAIN) if value else Cell(NONE)
 
         parts: list[Part] = [

@@ -102,10 +102,9 @@ class NewRobotResult(ResultModel):
 def found_motion(
     new: NewRobot, folder: Path, search: Callable[[Design, Series, int], Sequence[Found]], *, advice: str
 ) -> tuple[FourierTrajectory, NewRobotResult]:
-    """Find a motion that identifies the gains of a new robot, for the files in a folder.
+    """Find a motion that identifies the gains of a new robot; `search` returns ever better ones of an attempt, from 0.
 
-    `search` returns successively better motions of an attempt, from 0. Raises `TrajectoryError`, with `advice`, if none
-    is found, `PlantError` if the payload identifies no gain.
+    Raises `TrajectoryError`, with `advice`, if there is none, `PlantError` if the payload identifies no gain.
     """
     design, arm, payload = new.design(), new.arm, new.payload
     series = Series.harmonic(design.limits, HARMONICS, DURATION, TIMES)
@@ -159,7 +158,6 @@ def found_motion(
 
 
 def _remarks(new: NewRobot, design: Design) -> Iterator[str]:
-    """Yield remarks on the arm, its home pose and its file."""
     facts, distance = new.facts, float(design.clearance(new.home.value[None])[0])
     near = ", ".join(f"{one} and {other}" for one, other in design.clearance.always_near)
     if new.transmission is not None:

@@ -66,7 +66,6 @@ def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
 
 
 def _bases(draw: DrawTable, table: ScenarioTable) -> dict[str, float | list[float]]:
-    """Return the values of a draw's targets in the table."""
     bases = dict[str, float | list[float]]()
     for place in draw.targets:
         value = value_at(table, place)

@@ -112,16 +112,13 @@ class Simulated:
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Run(Simulated, WithResult):
-    """A trial that is identified and judged, in `identify_s` [s] of wall time.
-
-    `cost` is the effect of the controller's gains, None if not requested.
-    """
+    """A trial that is identified and judged."""
 
     RESULT: ClassVar[str] = "scenarios.results.gains:Result.of_run"
     identification: Identification
     verdict: Verdict
-    identify_s: float
-    cost: CostVerdict | None = None
+    identify_s: float  # wall time
+    cost: CostVerdict | None = None  # effect of the controller's gains, if requested
 
     def __repr__(self) -> str:
         """Return whether it passed, and the identification."""
@@ -141,8 +138,8 @@ class Run(Simulated, WithResult):
 def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
-    The same seed gives the same bytes. Raises `ScenarioError` if a random setting cannot be drawn or is not valid
-    and `SimulationError` if a motion cannot be carried out and `IdentificationError` if no gain can be identified.
+    Raises `ScenarioError` if a random setting cannot be drawn or is not valid, `SimulationError` if a motion cannot be
+    carried out, `IdentificationError` if no gain can be identified.
     """
     # One thread: a pair steps in some 30 microseconds, less than the overhead of a second thread.
     with threadpool_limits(1):
@@ -183,7 +180,6 @@ def simulate_trials(
 
 
 def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulated | Failure]:
-    """Simulate the motions of prepared trials in one batch."""
     started, simulate_s = time.perf_counter(), 0.0
     places = [(i, m) for i, ready in enumerate(batch) for m in range(len(ready.motions))]
     experiments = [each for ready in batch for each in ready.motions]

@@ -202,10 +202,7 @@ class Setup:
         return self.plant.drives.gain
 
     def gain_under(self, currents: Sequence[Array]) -> Array:
-        """Return the true gains at the rms current of the first motion with a payload, or of the first, shape (n,).
-
-        Currents of each motion, in order of time, have the shape (N, n).
-        """
+        """Return the true gains at the rms of the currents (N, n) of the first motion with a payload, or the first."""
         loaded = [each.loaded for each in self.experiments]
         v = currents[loaded.index(True) if any(loaded) else 0]
         return gain_at(self.plant.errors, self.plant.drives, np.sqrt(np.mean(v**2, axis=0)))

@@ -8,14 +8,11 @@ from scenarios.rendering.result import ResultModel
 
 
 class Claim(NamedTuple):
-    """The answer of a method for one joint: gain and total standard deviation [N m / drive unit], reason of a refusal.
+    """The answer of a method for one joint; each is None if it does not apply."""
 
-    Each is None if it does not apply.
-    """
-
-    value: float | None
-    std: float | None
-    reason: str | None
+    value: float | None  # gain [N m / drive unit]
+    std: float | None  # its total standard deviation
+    reason: str | None  # of a refusal
 
 
 class GainVerdict(ResultModel):

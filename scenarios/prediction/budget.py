@@ -63,18 +63,14 @@ def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], A
 
 
 class Predictor:
-    """Predicts the errors of a scenario's gains from its sources with one linearised estimate, at medians of all draws.
+    """Predicts errors of a scenario's gains from its sources with one linearised estimate, at medians of all draws.
 
     `joints` are the k ones with a gain that is required, from 0; `other_noise` is the error from noise that is on with
     every source off, None without any, and `unknown` its streams of unknown spectrum.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        """Linearise the estimate, and prepare the logs and their noise with every source off.
-
-        Raises `ScenarioError` as `sources_of`, `IdentificationError` if there is no gain, `SimulationError` if no plant
-        can be built.
-        """
+        """Linearise the estimate, and prepare the logs and their noise with every source off; raises as either."""
         sources, table = sources_of(scenario), scenario.table
         wanted = np.flatnonzero(table.tolerance.identifiable)
         middle = dict[str, Value]()
@@ -253,7 +249,6 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     together = np.stack((each[:, 0].sum(axis=0), np.linalg.norm(each[:, 1], axis=0)))
 
     def joint(k: int, j: int) -> PredictedBudgetJoint:
-        """Return the budget of the k-th joint, j from 0."""
         most, errors = tolerance.gain[j], NormalDist(together[0, k], max(together[1, k], 1e-300))
         return PredictedBudgetJoint(
             joint=j + 1,

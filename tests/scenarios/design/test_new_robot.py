@@ -172,8 +172,7 @@ def test_the_home_pose_is_the_first_clear_one_or_the_farthest(arm):
 @pytest.mark.usefixtures("still")
 def test_a_given_home_is_taken_and_one_near_the_floor_is_reported(servo_arm, tmp_path, capsys):
     made(servo_arm, tmp_path / "mine", capsys, "--home", "0.31", "-0.42", "0.53")
-    home = tomllib.loads((tmp_path / "mine/robot.toml").read_text())["home"]
-    assert home["value"] == [0.31, -0.42, 0.53]
+    assert tomllib.loads((tmp_path / "mine/robot.toml").read_text())["home"]["value"] == [0.31, -0.42, 0.53]
     words = ["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--force"]
     main(words)
     assert "Home" not in capsys.readouterr().out

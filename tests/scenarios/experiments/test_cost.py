@@ -109,8 +109,7 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     path = quick_scenario(tmp_path, f"{COST}mass_error = 1e-7\n")
     gains = tmp_path / "gains.toml"
     assert main(["run", str(path), "--seed", "3", "--save", str(loose), "--gains-out", str(gains)]) == 1
-    out = capsys.readouterr().out
-    assert "FAILED: the payload of 4.275 kg: with the assumed gains" in out
+    assert "FAILED: the payload of 4.275 kg: with the assumed gains" in capsys.readouterr().out
     result = json.loads((loose / "result.json").read_text())
     fits(result, "result")
     assert [result["passed"], result["cost"]["passed"], result["cost"]["tolerance"]] == [False, False, 1e-7]
@@ -120,7 +119,6 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     # The same from the files by the command that weighs with a file of gains.
     words = ["verify", "--model", str(loose / "robot.xml"), "--gains", str(gains)]
     words += ["--unloaded", str(loose / "unloaded.parquet"), "--loaded", str(loose / "check-weight.parquet")]
-    capsys.readouterr()
     main([*words, "--payload", str(loose / "payload-check-weight.toml"), "--json"])
     together = json.loads(capsys.readouterr().out)["together"]
     np.testing.assert_allclose(together["mass"], mass["found"], rtol=1e-9)

@@ -1,7 +1,6 @@
 import json
 import shlex
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -48,13 +47,13 @@ def test_every_motion_has_the_payload_that_the_protocol_names_on_either_side(tmp
 
 
 def test_what_is_known_is_said_for_every_payload_or_in_its_own_table(tmp_path):
-    path = Path(scenario_of(tmp_path, FOUR))
+    scenario_of(tmp_path, FOUR)
     for belief, expected in (
         ('[belief]\nknown = "mass"\n', ["mass", "mass"]),
         ('[belief.payloads.heavy]\nknown = "mass"\n', ["all", "mass"]),
         ("", ["all", "all"]),
     ):
-        (tmp_path / "over.toml").write_text(f'extends = "{path.name}"\n{belief}')
+        (tmp_path / "over.toml").write_text(f'extends = "mine.toml"\n{belief}')
         setup = setup_of(load_scenario(str(tmp_path / "over.toml")))
         for each in (setup, setup_of(setup.scenario)):
             assert [each.payloads[name].known for name in ("light", "heavy")] == expected
@@ -63,12 +62,9 @@ def test_what_is_known_is_said_for_every_payload_or_in_its_own_table(tmp_path):
 @pytest.mark.usefixtures("_undiagnosed")
 def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
     found = (FoundParameter(name="M", value=7.1, std=0.2),)
-    several = run(protocol_setup(tmp_path, FOUR), 0)
-    truths = []
-    for each in (repeated, several):
+    for each, true in ((repeated, 7.025), (run(protocol_setup(tmp_path, FOUR), 0), None)):
         identification = replace(each.identification, estimate=replace(each.estimate, payload=found))
-        truths.append(Result.of_run(replace(each, identification=identification)).payload[0].true)
-    assert truths == [7.025, None]
+        assert Result.of_run(replace(each, identification=identification)).payload[0].true == true
 
 
 def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):

@@ -55,16 +55,12 @@ def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child
 
 
 def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
-    path = child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n')
-    robot_folder(Path(path).parent, 6)
-    (Path(path).parent / "robot.toml").rename(Path(path).parent / "own.toml")
-    shutil.copy(parent / "scenario.toml", Path(path).parent / "unused.toml")
-    table = load_scenario(path).table
-    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
-    over = Path(path).with_name("further.toml")
-    over.write_text('extends = "mine.toml"\n')
-    table = load_scenario(str(over)).table
-    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
+    path = Path(child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n'))
+    robot_folder(path.parent, 6).rename(path.with_name("own.toml"))
+    (over := path.with_name("further.toml")).write_text('extends = "mine.toml"\n')
+    for file in (path, over):
+        table = load_scenario(str(file)).table
+        assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
 
 
 def test_motions_that_are_drawn_are_places_too_and_absolute_ones_names_and_other_choices_are_not():

@@ -18,11 +18,9 @@ def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
     for name in ("nominal", "paper-noise"):
         sources = sources_of(load_scenario(name))
         assert len(sources.columns) >= 16
-        switched = settings_with(sources, {})
-        settings = switched.settings
-        assert switched.streams == {}
-        assert settings["experiment.sensors.current_white"] == 0.0
-        assert settings["plant.payload.mass"] == 7.025
+        settings, streams = settings_with(sources, {})
+        assert streams == {}
+        assert (settings["experiment.sensors.current_white"], settings["plant.payload.mass"]) == (0.0, 7.025)
         noises = {"encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples"}
         assert set(settings_with(sources, sources.medians()).streams) == noises
 
@@ -43,9 +41,7 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
     trials = [study.trial(number) for number in range(study.count)]
     labels = pd.DataFrame([trial.labels for trial in trials])
     counts = labels.value_counts(["design", "source"])
-    assert counts[ALONE, NONE] == 1
-    assert counts[ALONE, "mass"] == counts[ALONE, "white"] == 4
-    assert counts[ALONE, ALL] == 16
+    assert [counts[ALONE, source] for source in (NONE, "mass", "white", ALL)] == [1, 4, 4, 16]
     assert [counts[SOBOL, source] for source in ("A", "B", "mass", "white")] == [8] * 4
     assert study.count == 1 + 2 * 4 + 16 + 4 * 8
     rows = {(t.labels["source"], t.labels["sample"]): t for t in trials if t.labels["design"] == SOBOL}

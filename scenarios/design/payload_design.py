@@ -322,7 +322,7 @@ class PayloadSearch:
         payload, sizes = self.payload(weight), dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True))
         made = {"shape": weight.shape, "dimensions_mm": sizes, "turned_deg": 90 * weight.quarter}
         effect = dict(self.effect(Carried.nominal(payload), payload))
-        return DesignedWeight(**effect, **made, refusal=self.refusal(weight) or None)
+        return DesignedWeight.model_validate({**effect, **made, "refusal": self.refusal(weight) or None})
 
 
 def design_payload(

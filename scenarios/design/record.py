@@ -129,13 +129,14 @@ class Recorded(ResultModel):
         used = speed / robot.drives.max_velocity, acceleration / robot.drives.max_acceleration
         columns = np.transpose((motion.q[0], lowest, highest, speed, used[0], acceleration, used[1])).tolist()
         rows = ((j, name, *row) for j, (name, row) in enumerate(zip(arm.joint_names, columns, strict=True), 1))
-        joints = [RecordedJoint(**dict(zip(RecordedJoint.model_fields, row, strict=True))) for row in rows]
+        joints = [RecordedJoint.model_validate(dict(zip(RecordedJoint.model_fields, row, strict=True))) for row in rows]
         outside = (lowest < arm.lower) | (highest > arm.upper)
         over = {"positions": outside, "speed": used[0] > 1.0, "acceleration": used[1] > 1.0}
         beyond = [f"joint {j + 1}: {what}" for j in range(arm.n) for what, beyond in over.items() if beyond[j]]
         A = None if arm.transmission is None else arm.transmission.tolist()
-        size = {"samples": len(motion.t), "duration_s": float(motion.t[-1])}
-        return cls(files=[], kept=[], joints=joints, beyond_limits=beyond, transmission=A, **size)
+        n, end = len(motion.t), float(motion.t[-1])
+        found = {"samples": n, "duration_s": end, "joints": joints, "beyond_limits": beyond, "transmission": A}
+        return cls.model_validate({"files": [], "kept": [], **found})
 
     def motion(self) -> list[Part]:
         """Return the table of the motion, and the limits that it exceeds."""

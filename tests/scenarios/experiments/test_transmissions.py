@@ -18,7 +18,7 @@ from scenarios.design.excitation import CLEARANCE, SHARES, Design
 from scenarios.design.new_robot import bar, new_robot
 from scenarios.design.record import sampled
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.robots import structure
+from scenarios.experiments.robots import read_arm, structure
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.schema import body_of
 from scenarios.gains_in_use.patch import joint_values
@@ -119,8 +119,10 @@ TENDONS = """<mujoco model="wrist"><compiler angle="radian"/><worldbody><body na
 
 def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file(tmp_path):
     (tmp_path / "wrist.xml").write_text(TENDONS)
-    with pytest.raises(RobotModelError, match=r"motor 'aA'.* moves joints pitch and roll together.*transmission"):
-        load_arm(tmp_path / "wrist.xml")
+    together = r"motor 'aA'.* moves joints pitch and roll together.*transmission"
+    for reads in (load_arm, lambda path: read_arm(path, ())):
+        with pytest.raises(RobotModelError, match=together):
+            reads(tmp_path / "wrist.xml")
     new = new_robot(tmp_path / "wrist.xml")
     np.testing.assert_array_equal(new.transmission, [[1.0, 0.0, 0.0], [0.0, 1.0, 3.0], [0.0, 1.5, -2.0]])
     A = new.transmission
@@ -138,6 +140,8 @@ def test_a_new_robot_takes_the_matrix_of_its_motors_from_the_tendons_of_its_file
     np.testing.assert_array_equal(robot.motors, new.transmission)
     assert "joint_compliance" not in (tmp_path / "robot/scenario.toml").read_text()
     np.testing.assert_array_equal(structure(robot, ()).arm.transmission, new.transmission)
+    with pytest.raises(RobotModelError, match=together):
+        structure(robot.model_copy(update={"transmission": None}), ())
 
 
 def test_a_tendon_takes_the_row_of_a_joint_that_has_no_motor_of_its_own(tmp_path):

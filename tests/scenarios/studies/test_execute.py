@@ -3,6 +3,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from here import HERE
@@ -47,15 +48,7 @@ def test_workers_end_when_the_script_that_started_them_is_killed(tmp_path):
     killed = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert "Error" not in killed.stderr  # of a worker that began the script again
-    deadline = time.monotonic() + 10.0
-    while alive(int(killed.stdout)) and time.monotonic() < deadline:
+    worker, deadline = Path(f"/proc/{int(killed.stdout)}/stat"), time.monotonic() + 10.0
+    while (alive := worker.exists() and ") Z " not in worker.read_text()) and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not alive(int(killed.stdout))
-
-
-def alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    assert not alive

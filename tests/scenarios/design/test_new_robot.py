@@ -19,6 +19,7 @@ from scenarios.command_line.process import Status
 from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
 from scenarios.design.new_robot import bar, home_pose, new_robot
+from scenarios.design.robot_folder import found_motion
 from scenarios.experiments.schema import TURNS, body_of
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError, TrajectoryError
@@ -181,6 +182,15 @@ def test_a_given_home_is_taken_and_one_near_the_floor_is_reported(servo_arm, tmp
             patch.setattr(Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
             main(words)
         assert said in " ".join(capsys.readouterr().out.split())
+
+
+def test_of_several_attempts_the_motion_that_costs_least_is_taken(servo_arm, tmp_path, monkeypatch):
+    new, motions = new_robot(servo_arm), [at_rest(np.full(3, c), *np.zeros((2, 3, 2)), 5.0) for c in (0.7, 0.2, 0.4)]
+    monkeypatch.setattr(folder_module, "best_fitted", Mock(side_effect=motions))
+    monkeypatch.setattr(Design, "deviations", lambda *_: np.array([0.013, 0.05, 0.02]))  # one gain is not identifiable
+    monkeypatch.setattr(Design, "cost", lambda _, motion: motion.center[0])
+    motion, result = found_motion(new, tmp_path, lambda *_: [], advice="")
+    assert (motion is motions[1], result.identifiable) == (True, [True, False, True])
 
 
 @pytest.mark.usefixtures("still")

@@ -91,15 +91,17 @@ def method_of(text: str) -> Method:
         return Method(text, (str(Path(program).absolute()), *words[1:]), _digests(files))
     in_python = (sys.executable, "-P", "-m", "scenarios.benchmark.methods", text)
     if ":" not in text:
-        _estimator(text)
+        _estimator(text, ObserveOptions(), GainOptions())
         return Method(text, in_python)
     module = sys.modules[_function(text).__module__]
     files = [] if getattr(module, "__file__", None) is None else [Path(str(module.__file__))]
     return Method(text, in_python, (*_digests(files), *imported_packages(module)))
 
 
-def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, object]]:
-    """Return an estimator's name and options, and the options of the identification that replace the problem's."""
+def _estimator(
+    text: str, observing: ObserveOptions, gains: GainOptions
+) -> tuple[str, object, ObserveOptions, GainOptions]:
+    """Return an estimator's name and options, and those of the identification, of which it may replace some."""
     name, *words = text.split(",")
     if name not in ESTIMATORS:
         raise ScenarioError(
@@ -112,12 +114,11 @@ def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, obj
         key = word.partition("=")[0].strip().replace("-", "_")
         parts[next((k for k, names in enumerate(kinds) if key in names), 2)].append(word)
     try:
-        options_from_words(ObserveOptions, parts[0])
-        options_from_words(GainOptions, parts[1])
-        own = options_from_words(ESTIMATORS[name].options, parts[2])
+        observing = options_from_table(ObserveOptions, asdict(observing) | table_from_words(ObserveOptions, parts[0]))
+        gains = options_from_table(GainOptions, asdict(gains) | table_from_words(GainOptions, parts[1]))
+        return name, options_from_words(ESTIMATORS[name].options, parts[2]), observing, gains
     except OptionError as error:
         raise ScenarioError(f"method {shown(text)}: {error}") from error
-    return name, own, table_from_words(ObserveOptions, parts[0]), table_from_words(GainOptions, parts[1])
 
 
 def _function(text: str) -> Function:
@@ -271,16 +272,9 @@ def python_answer(text: str, folder: Path) -> dict[str, object]:
     problem, started = read_problem(folder), time.perf_counter()
     try:
         if ":" not in text:
-            name, options, observing, limits = _estimator(text)
-            found = identify(
-                problem.arm,
-                problem.motions,
-                method=name,
-                options=options,
-                observing=options_from_table(ObserveOptions, {**asdict(problem.observing), **observing}),
-                gains=options_from_table(GainOptions, {**asdict(problem.gains), **limits}),
-                policy=SIMULATED,
-            )
+            name, own, observing, limits = _estimator(text, problem.observing, problem.gains)
+            asked = {"method": name, "options": own, "observing": observing, "gains": limits}
+            found = identify(problem.arm, problem.motions, **asked, policy=SIMULATED)
             return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
         gains = _function(text)(problem)
     except IdentificationError as error:  # refused data mean that every joint is refused

@@ -22,8 +22,9 @@ from ident.numerics.filters import filtered
 from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import SIMULATED, Prepared, prepare
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
+from scenarios.experiments.run import as_identified
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import grouped
 from sim.experiment import Experiment
@@ -89,11 +90,9 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 
 def expected_preparation(setup: Setup, every: int) -> Prepared:
     """Return the expected logs as prepared for identification, with the noise that some methods need."""
-    rng = np.random.default_rng(0)
+    rng, chosen = np.random.default_rng(0), setup.scenario.table.identification
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
-    recordings = [log.recording(experiment.name, rng) for log, experiment in logs]
-    motions = [Motion(recordings[place], setup.mounted[place]) for place in grouped(setup.protocol)]
-    chosen = setup.scenario.table.identification
+    motions = as_identified(setup, [log.recording(experiment.name, rng) for log, experiment in logs])
     return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 
 

@@ -120,6 +120,7 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(tmp_path, 
         ([*nls, *rest], "required: SCENARIO"),
         (["nominal", *nls, "--out", "o"], "required: -n"),
         (["nominal", "nominal", *nls, *rest], "'nominal' is given twice"),
+        (["nominal", *nls, *nls, *rest], "method 'nls' is given twice"),
         (["nominal", "--method", "nsl", *rest], "did you mean 'nls'"),
     ):
         assert message in refused(capsys, ["compare", *words])

@@ -73,20 +73,18 @@ def test_what_is_solved_and_what_is_a_wrong_claim(row, solved, wrong):
 
 
 def test_refusals_signs_and_ends_are_counted_by_what_they_are():
-    found = one(
-        told(
-            "m",
-            {"expected": False, "seconds": 0.1},
-            {"expected": False, "seconds": 0.1},
-            {"seconds": 0.3},
-            {"estimate": -1.0, "std": 9.0, "seconds": 0.4},
-            {"failure": "MethodCrashed", "seconds": 0.5},
-            {"failure": "MethodOutOfMemory", "seconds": 0.6},
-            {"failure": "MethodTimedOut", "seconds": 7.0},
-            {"failure": "NotFinite", "expected": False, "seconds": 8.0},
-            {"failure": "SimulationFailed", "seconds": None},
-        )
+    rows = (
+        {"expected": False, "seconds": 0.1},
+        {"expected": False, "seconds": 0.1},
+        {"seconds": 0.3},
+        {"estimate": -1.0, "std": 9.0, "seconds": 0.4},
+        {"failure": "MethodCrashed", "seconds": 0.5},
+        {"failure": "MethodOutOfMemory", "seconds": 0.6},
+        {"failure": "MethodTimedOut", "seconds": 7.0},
+        {"failure": "NotFinite", "expected": False, "seconds": 8.0},
+        {"failure": "SimulationFailed", "seconds": None},
     )
+    found = one(told("m", *rows))
     assert (found.refused_rightly, found.refused_wrongly, found.wrong_signs) == (2, 1, 1)
     assert found.failures == {"MethodCrashed": 1, "MethodOutOfMemory": 1, "MethodTimedOut": 1, "NotFinite": 1}
     assert (found.trials, found.wanted) == (8, 5)

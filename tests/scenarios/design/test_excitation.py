@@ -49,8 +49,6 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
     rows = design.rows(motion(), 50.0)
     assert not design.excess(rows).any()
     (q, dq, ddq), torque = rows.motion, rows.torques(design.carried.chi)
-    center = 0.5 * (limits.upper + limits.lower)
-    reach = np.abs(q - center).max(axis=0)
     cases = [  # a limit that the motion meets at its full size is used to 100 %, and these shares are allowed
         ("speed", "velocity", np.abs(dq).max(axis=0), 0.95),
         ("acceleration", "acceleration", np.abs(ddq).max(axis=0), 0.95),
@@ -64,6 +62,8 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
         weak = factor * used * np.where(np.arange(6) == kind, 0.5, 1e3)
         broken = designed(plant, structure, replace(limits, **{name: weak})).broken(rows)
         assert broken == f"takes 400 % of the {word} of joint joint{kind + 1}, where {100 * share:g} % may be used"
+    center = 0.5 * (limits.upper + limits.lower)
+    reach = np.abs(q - center).max(axis=0)
     over = designed(plant, structure, replace(limits, lower=center - reach, upper=center + reach)).excess(rows)
     np.testing.assert_allclose(over[:6].max(), 0.1, rtol=0, atol=1e-12)
     assert not over[6:].any()

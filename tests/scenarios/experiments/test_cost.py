@@ -43,11 +43,9 @@ def test_an_unseen_weight_is_right_with_the_gains_found_and_wrong_with_those_bel
 
 def test_the_torque_of_another_motion_is_predicted_with_the_gains_found_alone(judged):
     cost = judged.cost
-    assumed = [cost.torque_assumed[j] for j in range(5)]
-    found = [cost.torque_found[j] for j in range(5)]
-    assert min(assumed) > 0.08
-    assert max(found) < 0.03  # the noise of the currents is 1.5 %
-    assert 5 not in cost.torque_found  # joint 6 is refused
+    assert min(cost.torque_assumed[j] for j in range(5)) > 0.08
+    assert max(cost.torque_found.values()) < 0.03  # the noise of the currents is 1.5 %
+    assert list(cost.torque_found) == [0, 1, 2, 3, 4]  # joint 6 is refused
     errors = {each.quantity: each for each in cost.arm}
     assert errors[INERTIAS].assumed > 0.2 > 0.15 > errors[INERTIAS].found
     # The motion hardly tells the first moments of link 2 from the offset of joint 2: their interval says so.
@@ -77,17 +75,17 @@ def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
         true = {name: value * (2.0 if (name[0] == "M") is doubled else 1.0) for name, value in own.items()}
         arm = arm_errors(judged.cost.assumed, found, true)
         assert tuple(each.found for each in arm) == pytest.approx(expected, abs=1e-12)  # rounding of the norm
-        for outcome, errors in (
-            (found, [(each.found, each.found_std) for each in arm]),
-            (judged.cost.assumed, [(each.assumed, each.assumed_std) for each in arm]),
-        ):
-            for moments, error in zip((True, False), errors, strict=True):
+        for moments, error in zip((True, False), arm, strict=True):
+            for outcome, told in (
+                (found, (error.found, error.found_std)),
+                (judged.cost.assumed, (error.assumed, error.assumed_std)),
+            ):
                 listed = [each for each in outcome.arm.inertial if (each.name[0] == "M") is moments]
                 wanted = np.array([true[each.name] for each in listed])
-                off = np.array([each.value for each in listed]) - wanted, np.array([each.std for each in listed])
-                # The same norms, one by one.
-                norms = [np.sqrt(each @ each) / np.sqrt(wanted @ wanted) for each in off]
-                np.testing.assert_allclose(error, norms, rtol=1e-12, atol=1e-15)
+                off = np.array([(each.value, each.std) for each in listed]) - np.outer(wanted, (1.0, 0.0))
+                np.testing.assert_allclose(
+                    told, np.sqrt((off**2).sum(axis=0) / (wanted @ wanted)), rtol=1e-12, atol=1e-15
+                )
 
 
 def test_the_further_motion_changes_no_gain_and_no_study_pays_for_it(tmp_path):

@@ -19,7 +19,6 @@ SLANTED = [
 ]
 TYPES = '<joint name="b_joint" axis="0.1 0.9 -0.2" range="-170 175"/>'
 READ_ALIKE = {
-    "plain": mjcf(),
     "wall": mjcf(base='pos="0.4 0.5 0.6" euler="90 0 0"'),
     "slanted": mjcf(links=SLANTED),
     "eulerseq zyx": mjcf(head='<compiler eulerseq="zyx"/>', links=SLANTED),

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from types import ModuleType
@@ -273,8 +273,8 @@ def python_answer(text: str, folder: Path) -> dict[str, object]:
     try:
         if ":" not in text:
             name, own, observing, limits = _estimator(text, problem.observing, problem.gains)
-            asked = {"method": name, "options": own, "observing": observing, "gains": limits}
-            found = identify(problem.arm, problem.motions, **asked, policy=SIMULATED)
+            how = partial(identify, method=name, options=own, observing=observing, gains=limits, policy=SIMULATED)
+            found = how(problem.arm, problem.motions)
             return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
         gains = _function(text)(problem)
     except IdentificationError as error:  # refused data mean that every joint is refused

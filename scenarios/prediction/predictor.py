@@ -112,16 +112,15 @@ class Linearised:
         """Estimate the gains of a prepared scenario from its expected logs; raises as preparation and estimator."""
         chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
         expected = expected_preparation(setup, every)
-        in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
-        behind = tuple(full for _, part in in_time if (full := part.observation.full_rate) is not None)
+        parts = [expected.parts[k] for k in np.argsort(places)]
+        behind = tuple(full for part in parts if (full := part.observation.full_rate) is not None)
         estimate = estimator(chosen.method).estimate(expected.problem, chosen.method_options)
         return cls(setup, expected, estimate, behind, places, every)
 
     @property
     def true_gain(self) -> Array:
         """The true gains under the currents of the expected logs [N m / drive unit], shape (n,)."""
-        in_time = sorted(zip(self.places, self.expected.motions, strict=True), key=lambda pair: pair[0])
-        return self.setup.gain_under([motion.recording.v for _, motion in in_time])
+        return self.setup.gain_under([self.expected.motions[k].recording.v for k in np.argsort(self.places)])
 
     def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
         """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from types import ModuleType
@@ -273,8 +273,10 @@ def python_answer(text: str, folder: Path) -> dict[str, object]:
     try:
         if ":" not in text:
             name, own, observing, limits = _estimator(text, problem.observing, problem.gains)
-            how = partial(identify, method=name, options=own, observing=observing, gains=limits, policy=SIMULATED)
-            found = how(problem.arm, problem.motions)
+            arm, motions = problem.arm, problem.motions
+            found = identify(
+                arm, motions, method=name, options=own, observing=observing, gains=limits, policy=SIMULATED
+            )
             return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
         gains = _function(text)(problem)
     except IdentificationError as error:  # refused data mean that every joint is refused

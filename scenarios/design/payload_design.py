@@ -251,27 +251,26 @@ class PayloadSearch:
         """Return a designed payload as known to the identification."""
         return replace(payload_of(weight, self.flange), known=self.own.known)
 
-    def loaded(self, payload: Payload, weight: Weight) -> Design:
+    def loaded(self, weight: Weight) -> Design:
         """Return the design problem with a payload on the flange."""
-        plant, solids = replace(self.design.plant, payload=body_of(payload)), weight.solids(self.flange)
+        payload, solids = self.payload(weight), weight.solids(self.flange)
+        plant = replace(self.design.plant, payload=body_of(payload))
         return replace(self.design, plant=plant, carried=Carried.nominal(payload), solids=solids)
 
     def cost(self, weight: Weight) -> float:
         """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
-        payload = self.payload(weight)
-        over = weight.uncovered / 10.0 + max(payload.mass / self.most - 1.0, 0.0)
+        loaded = self.loaded(weight)
+        over = weight.uncovered / 10.0 + max(loaded.plant.payload.mass / self.most - 1.0, 0.0)
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
-        loaded = self.loaded(payload, weight)
         over = float(loaded.excess(self._coarse).max())
         return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
     def refusal(self, weight: Weight) -> str:
         """Return why a payload must not be mounted, or an empty text; limits are checked on a fine grid."""
-        payload = self.payload(weight)
-        if payload.mass > self.most:
-            return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        loaded = self.loaded(payload, weight)
+        loaded = self.loaded(weight)
+        if (mass := loaded.plant.payload.mass) > self.most:
+            return f"weighs {mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
         return loaded.broken(self._fine) if loaded.excess(self._fine).max() > EXCESS else ""
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:

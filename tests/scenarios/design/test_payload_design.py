@@ -90,7 +90,7 @@ def test_dimensions_are_those_that_their_names_state():
 
 
 def test_the_predicted_deviations_are_those_of_the_problem_with_that_payload_on_the_flange(payloads, nominal):
-    found, design = payloads.candidate(FOUND), payloads.loaded(payloads.payload(FOUND), FOUND)
+    found, design = payloads.candidate(FOUND), payloads.loaded(FOUND)
     rows = design.rows(nominal.experiments[0].trajectory)
     expected = design.predicted(rows)(design.carried)
     np.testing.assert_allclose([each.std for each in found.joints], expected.noise, rtol=1e-12)

@@ -217,11 +217,29 @@ def transmissions(logs: Logs) -> Iterator[Alternative]:
         if arm.revolute[j] == arm.revolute[j + 1]:
             turns = enumerated([f"motor {j + k + 1} turns by {_sum(row, j)}" for k, row in enumerate(own) if all(row)])
             rows = ", ".join(str(row) for row in A.astype(int).tolist())
-            yield Alternative(
-                family="transmission", words=f"{turns}, and q and v are those of the motors", joints=(j, j + 1),
-                logs=logs.every, hypothesis=replace(logs.given, transmission=A),
-                advice=f"state transmission = [{rows}] in the robot.toml (rx90 new-robot writes one)",
-            )  # fmt: skip
+            advice = f"state transmission = [{rows}] in the robot.toml (rx90 new-robot writes one)"
+            yield _turned(logs, A, f"{turns}, and q and v are those of the motors", (j, j + 1), advice)
+
+
+def misstated_transmissions(logs: Logs) -> Iterator[Alternative]:
+    """No motor turns with the joints of others, or each against them, although the robot's description states it."""
+    A = logs.structure.arm.transmission
+    if A is None:
+        return
+    own = np.diag(np.diag(A))
+    joints = tuple(np.flatnonzero((own != A).any(axis=0) | (own != A).any(axis=1)).tolist())
+    for other, words in ((own, "each motor turns one joint alone"), (2.0 * own - A, "motors turn the other way")):
+        if joints and np.linalg.matrix_rank(other) == len(A):
+            rows = ", ".join(f"[{', '.join(f'{each:.6g}' for each in row)}]" for row in other)
+            advice = f"state transmission = [{rows}]" if (other != np.eye(len(A))).any() else "state none"
+            yield _turned(logs, other, f"{words}, against the stated transmission", joints, f"{advice} in robot.toml")
+
+
+def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:
+    return Alternative(
+        family="transmission", words=words, joints=joints, logs=logs.every,
+        hypothesis=replace(logs.given, transmission=A), advice=advice,
+    )  # fmt: skip
 
 
 def _sum(row: Sequence[float], j: int) -> str:
@@ -525,7 +543,7 @@ FAMILIES: tuple[Family, ...] = (
     ),
     Family(name="order", alternatives=orders, excluded={"order": "exchanged or reordered columns"}),
     Family(name="coupling", alternatives=couplings, excluded={"coupling": "positions that include a neighbour's"}),
-    Family(name="transmission", laborious=transmissions),
+    Family(name="transmission", alternatives=misstated_transmissions, laborious=transmissions),
     Family(
         name="base", alternatives=bases, directions=small_tilts,
         excluded={"base": "a different orientation of the base"},

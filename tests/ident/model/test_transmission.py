@@ -124,3 +124,20 @@ def test_a_transmission_that_nobody_stated_is_named_with_the_matrix_to_state(pla
     assert said in words
     assert "state transmission = [[1, 0, 0, 0, 0, 0], " in words
     assert row in words
+
+
+@pytest.mark.parametrize(
+    ("turns", "said"),
+    [
+        (0.0, "each motor turns one joint alone, against the stated transmission"),
+        pytest.param(1.0, "motors turn the other way, against the stated transmission", marks=pytest.mark.slow),
+    ],
+)
+def test_a_transmission_that_is_stated_and_that_motors_do_not_have_is_named(turns, said):
+    true, stated = np.eye(6), np.eye(6)
+    true[2, 1], stated[2, 1] = turns, -1.0
+    with pytest.raises(Contradiction) as refused:
+        identify(with_transmission(arm_from_pinocchio(ur_like()), stated), logs_of(true))
+    assert said in str(refused.value)
+    rows = "state transmission = [[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0], "
+    assert (rows if turns else "state none in robot.toml") in str(refused.value)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.diagnosis import terms
 from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
+from ident.diagnosis.hypothesis import STILL, Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
 from ident.diagnosis.models import STEP, Reference, with_arm, with_time
 from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
@@ -233,6 +233,39 @@ def misstated_transmissions(logs: Logs) -> Iterator[Alternative]:
             rows = ", ".join(f"[{', '.join(f'{each:.6g}' for each in row)}]" for row in other)
             advice = f"state transmission = [{rows}]" if (other != np.eye(len(A))).any() else "state none"
             yield _turned(logs, other, f"{words}, against the stated transmission", joints, f"{advice} in robot.toml")
+
+
+def small_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
+    """A motor that also turns by a small share of a neighbouring joint's angle, or has a slightly different ratio."""
+    arm = logs.structure.arm
+    if arm.couplings:  # which a matrix cannot have beside it
+        return
+    for beside in (-1, 0, 1):
+        moved = reference.change(lambda along, beside=beside: along.turned(beside))
+        for j in range(max(0, -beside), arm.n - max(0, beside)):
+            if arm.revolute[j] == arm.revolute[j + beside]:
+                reach = max(float(np.abs(log.q[:, j + beside]).max()) for log in logs.recordings)
+                yield small(
+                    lambda value, j=j, beside=beside: shared(logs, j, j + beside, float(value[0])),
+                    [each[:, j : j + 1] for each in moved], scale=100.0, largest=LARGEST_ANGLE / max(reach, STILL),
+                )  # fmt: skip
+
+
+def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
+    """Return a motor that also turns by a share of the angle of a joint, from 0, which the model does not state."""
+    A, added = logs.structure.arm.transmission, np.eye(logs.structure.arm.n)
+    added[motor, joint] += share
+    A = added if A is None else added @ A
+    rows = ", ".join(f"[{', '.join(f'{each:.4g}' for each in row)}]" for row in A)
+    words = f"motor {motor + 1} also turns by {share:.3g} times the angle of joint {joint + 1}"
+    if motor == joint:
+        words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
+    advice = f"measure it, and state transmission = [{rows}] in robot.toml"
+    return replace(
+        _turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice),
+        family="ratio", value=100.0 * share, unit="%",
+        refined=lambda more: shared(logs, motor, joint, share + float(more[0])),
+    )  # fmt: skip
 
 
 def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:
@@ -544,6 +577,7 @@ FAMILIES: tuple[Family, ...] = (
     Family(name="order", alternatives=orders, excluded={"order": "exchanged or reordered columns"}),
     Family(name="coupling", alternatives=couplings, excluded={"coupling": "positions that include a neighbour's"}),
     Family(name="transmission", alternatives=misstated_transmissions, laborious=transmissions),
+    Family(name="ratio", directions=small_ratios, seldom=True),
     Family(
         name="base", alternatives=bases, directions=small_tilts,
         excluded={"base": "a different orientation of the base"},

@@ -210,6 +210,18 @@ class Torques:
         """Change per error of each joint's zero, then per tilt of the base [N m/rad; N m/m], shape (S, n, n + 2)."""
         return misplaced(self.links)
 
+    def turned(self, beside: int) -> Array:
+        """Change per share of the angle of joint j + `beside` by which motor j also turns, (S, n, n); that of j last.
+
+        The joint is then elsewhere by the share of the angle, and the motor carries that share of the other's torque.
+        """
+        states, motors = self.sweep.behind.states, np.arange(self.arm.n)
+        change = self.links.displaced(
+            States(*(-np.roll(x, -beside, axis=1) for x in (states.q, states.dq, states.ddq)))
+        )
+        change[:, (motors + beside) % self.arm.n, motors] -= self.sampled
+        return change
+
     def tilted(self) -> Array:
         """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
         return tilted(self.links)

@@ -119,7 +119,7 @@ def found(sound):
 
 def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found):
     faults = [each for each in found if not each.term]
-    assert {each.family for each in faults} == {"zero", "base", "lengths", "clock", "delay", "current scale"}
+    assert {each.family for each in faults} == {"zero", "ratio", "base", "lengths", "clock", "delay", "current scale"}
     for each in faults:
         m = next(c for c in each.columns if c is not None).shape[1]
         other = each.at(np.full(m, 0.013))
@@ -129,14 +129,15 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
             np.testing.assert_allclose(other.hypothesis.logs[each.logs[0]].delay, 0.013, rtol=1e-12)
             continue
         size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
-        own_sign = each.family in ("clock", "delay", "current scale")  # angles are told as what undoes them
+        own_sign = each.family in ("clock", "delay", "current scale", "ratio")  # angles are told as what undoes them
         np.testing.assert_allclose(other.value if own_sign else abs(other.value), size, rtol=1e-9)
 
 
 PUT_IN = [
     ("zero", (1,), (0, 1), [0.08]), ("zero", (1,), (1,), [-0.06]), ("delay", (), (0, 1), [0.006]),
     ("delay", (1,), (1,), [-0.014]), ("clock", (), (0, 1), [0.03]), ("lengths", (2,), (0, 1), [0.12]),
-    ("base", (), (0, 1), [0.03, -0.05]),
+    ("base", (), (0, 1), [0.03, -0.05]), ("ratio", (1,), (0, 1), [0.05]), ("ratio", (2, 1), (0, 1), [-0.07]),
+    ("ratio", (0, 1), (0, 1), [0.09]),
 ]  # fmt: skip
 
 

@@ -37,6 +37,7 @@ from ident.diagnosis.limits import (
 from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.search import (
     LOOKED_AT,
+    MOST,
     SETTLED,
     SHOWN,
     TIE,
@@ -90,6 +91,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
             )
             for each in found if isinstance(best := each.best, FirstOrder)
         ]  # fmt: skip
+    elif len(of_logs) == MOST:  # of another robot, probably: what is lacking then says nothing
+        pass
     elif of_logs:  # what the estimate still lacks after the faults of the logs are corrected
         last = of_logs[-1].best
         assert isinstance(last, Exact), "a fault of the logs"

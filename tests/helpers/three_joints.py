@@ -16,35 +16,22 @@ TRUE = np.array([0.93, -4.1, 0.37])
 
 @dataclass(frozen=True)
 class Case:
-    """A problem of three joints with a further column of friction that something is believed of.
-
-    `off` moves the belief about the column of each joint, in deviations; `mean` and `std` are of log|h|.
-    """
+    """A problem of three joints with a further column of friction that something is believed of, and of log|h|."""
 
     ready: Setting
     term: Term
     mean: np.ndarray
     std: np.ndarray
-    off: np.ndarray
 
     @property
     def model(self) -> Model:
-        model = Model.of(self.ready, {"cbrt": self.term})
-        return replace(
-            model, mean=model.mean + np.where(np.isfinite(model.std), self.off[:, None] * self.term.std, 0.0)
-        )
+        return Model.of(self.ready, {"cbrt": self.term})
 
     def fit(self, start: np.ndarray = 1.0 / TRUE) -> Fit:
         model, found = search(self.model, start, self.mean, self.std)
         return Fit(
             ready=self.ready, model=model, h=found.h, z=found.z, mean=self.mean, log_std=self.std, cost=found.cost
         )
-
-    def moved(self, joint: int, row: int, by: float) -> "Case":
-        """The same with another current in one row of a joint."""
-        columns, V = self.ready.columns, self.ready.columns.V.copy()
-        V[np.flatnonzero(columns.joint == joint)[row]] += by
-        return replace(self, ready=self.ready.with_currents(V))
 
 
 BELIEVED_STD = 7e-4
@@ -62,5 +49,4 @@ def case(small: Structure, unsure: Payload, noise: float, *, pull: float = 1.0) 
         term=Term(np.cbrt(ready.columns.own("Fv")), mean=0.3 * pull, std=0.02),
         mean=np.log((1.0 + 0.07 * pull) / np.abs(TRUE)),
         std=np.array([0.03, 0.4, 0.002]),
-        off=np.zeros(N),
     )

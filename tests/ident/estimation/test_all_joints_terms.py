@@ -15,9 +15,8 @@ from scipy.interpolate import make_interp_spline
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import Sweep, Torques, inertia_matrices, rotor_inertia
-from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, compliance_columns, load_terms, speed_terms, torques_of
+from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, load_terms, speed_terms, torques_of
 from ident.observation.full_rate import FullRate
-from ident.observation.observation import ObserveOptions, observe
 
 N = 3
 LIGHT = replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
@@ -35,20 +34,19 @@ def plain(ready) -> Fit:
 
 
 def behind(ready: Setting, motion: int) -> FullRate:
-    found = ready.problem.motions[motion].observation.full_rate
-    assert found is not None
-    return found
+    return ready.sweeps[motion].behind
+
+
+def of_motion(sweep: Sweep, signal: np.ndarray, joint: int) -> np.ndarray:
+    """A signal as rows of a joint: samples left out, then a convolution, then one in so many."""
+    full = sweep.behind
+    smooth = np.convolve(np.where(full.moving[:, joint], signal, 0.0), full.decimator.kernel, mode="valid")
+    return smooth[:: full.decimator.factor][sweep.motion.observation.joints[joint].position]
 
 
 def of_rows(ready: Setting, signals: list[np.ndarray], joint: int) -> np.ndarray:
-    """Signals of the three motions as rows of a joint: samples left out, then a convolution, then one in so many."""
-    parts = []
-    for number, signal in enumerate(signals):
-        full = behind(ready, number)
-        smooth = np.convolve(np.where(full.moving[:, joint], signal, 0.0), full.decimator.kernel, mode="valid")
-        part = smooth[:: full.decimator.factor]
-        parts.append(part[ready.problem.motions[number].observation.joints[joint].position])
-    return np.concatenate(parts)
+    """Signals of the three motions as rows of a joint."""
+    return np.concatenate([of_motion(*each, joint) for each in zip(ready.sweeps, signals, strict=True)])
 
 
 def theta_of(ready: Setting, Ia: np.ndarray) -> np.ndarray:
@@ -97,20 +95,14 @@ def test_torques_between_evaluated_samples_are_splines(ready):
         found, spline = at_full_rate(other, coarse), interpolate.CubicSpline(knots, coarse)(t)
         np.testing.assert_allclose(found, spline, rtol=0, atol=1e-12 * np.abs(fine).max())
         if coarse.ndim == 3:
-            expected = np.vstack([of_rows_of(other.sweep, found[:, j], j) for j in range(N)])
+            each = [[of_motion(other.sweep, x, j) for x in found[:, j].T] for j in range(N)]
+            expected = np.vstack([np.transpose(rows) for rows in each])
             np.testing.assert_allclose(other.sweep.rows(coarse), expected, rtol=0, atol=1e-12 * np.abs(fine).max())
         # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their
         # second derivative makes, and by more at the ends.
         inner = slice(40, -40)
         fine = at_full_rate(one, fine)[inner]
         np.testing.assert_allclose(found[inner], fine, rtol=0, atol=2e-3 * np.abs(fine).max())
-
-
-def of_rows_of(sweep: Sweep, change: np.ndarray, j: int) -> np.ndarray:
-    """Signals (N, m) of a joint as rows: samples left out, then a convolution, then one in so many."""
-    full = sweep.behind
-    rows = [np.convolve(np.where(full.moving[:, j], x, 0.0), full.decimator.kernel, mode="valid") for x in change.T]
-    return np.array(rows).T[:: full.decimator.factor][sweep.motion.observation.joints[j].position]
 
 
 @pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK)])
@@ -129,19 +121,6 @@ def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion,
         slope = (torque(heavy, *moved) - stiff) / 1e-6
         assert np.abs(slope[inner]).max() > 1.0
         np.testing.assert_allclose(found[inner, :, k], slope[inner], rtol=0, atol=1e-3 * np.abs(slope[inner]).max())
-
-
-def test_decimated_currents_are_the_rows_that_observation_makes(axes):
-    (log,) = logs_of(Truth(), 1, [BRICK])
-    observed = observe(log, axes, ObserveOptions())
-    full = observed.full_rate
-    assert full is not None
-    assert full.period == log.period  # slow enough to be taken sample by sample
-    edge = (len(log.t) - len(full.q)) // 2
-    for j, joint in enumerate(observed.joints):
-        rows = full.decimated(log.v[edge : edge + len(full.q), j], j)
-        assert len(rows) == full.decimator.rows(len(full.q))
-        np.testing.assert_allclose(rows[joint.position], joint.V, rtol=0, atol=1e-12 * np.abs(joint.V).max())
 
 
 def test_speed_terms_are_the_root_and_the_size_of_the_speed(ready):
@@ -228,16 +207,6 @@ def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready)
         known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)
         # Positions are those of the samples where torques are evaluated, a few apart from every sixteenth part.
         np.testing.assert_allclose(inertia, known, rtol=0, atol=1e-2 * known.max())
-
-
-def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):
-    along, joint = torques_of(ready, plain.theta), ready.columns.joint
-    found = compliance_columns(ready, along)
-    each = [at_full_rate(torques, torques.softened()) for torques in along]
-    for j in range(N):
-        for k in range(N):
-            expected = of_rows(ready, [x[:, j, k] for x in each], j)
-            np.testing.assert_allclose(found[joint == j, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_the_least_rotor_inertia_is_a_share_of_the_joint_s(ready, plain):

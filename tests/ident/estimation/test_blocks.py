@@ -8,7 +8,7 @@ import pytest
 from exact import exact_problem
 from three_joints import TRUE, N, case
 
-from ident.estimation.blocks import flat, flipped
+from ident.estimation.all_joints import fit
 from ident.estimation.intervals import time_blocks
 from ident.estimation.rows import Columns, SharedParameters
 from ident.estimation.setting import Model, Term, setting
@@ -23,23 +23,6 @@ def free_sigma(columns: Columns, F: np.ndarray, A: np.ndarray, joint: int) -> fl
     return float(np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank))
 
 
-def test_rows_are_the_columns_times_their_coordinates(small, unsure):
-    given = case(small, unsure, 0.02)
-    model, ready = given.model, given.ready
-    blocks, layout = model.blocks, model.blocks.layout
-    C = np.concatenate((blocks.C[:, :, :-2] @ blocks.U, blocks.C[:, :, -2:]), axis=2)
-    found = layout.rows(blocks.R + blocks.own.Q @ C[:, None])
-    expected = np.column_stack((ready.A @ blocks.U, ready.k, ready.columns.V))
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
-    F = layout.rows(model.own.Q @ model.own.R[:, None])
-    np.testing.assert_allclose(F, model.F, rtol=0, atol=1e-12 * np.abs(F).max())
-    Q, R = flat(model.own.Q), flat(blocks.R)
-    np.testing.assert_allclose(flipped(Q) @ Q, np.tile(np.eye(Q.shape[2]), (N, 1, 1)), atol=1e-13)
-    assert np.abs(flipped(flat(blocks.own.Q)) @ R).max() < 1e-12 * np.abs(R).max()
-    weighed = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
-    np.testing.assert_allclose(weighed, np.eye(len(weighed)), atol=1e-9)  # of columns with a condition number of 1e3
-
-
 def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):
     ready = case(small, unsure, 0.02).ready
     more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * ready.A[:, :1]
@@ -49,23 +32,17 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
     for k in range(3):
         each = each.widened(more[:, k : k + 1], std[k])
     anew = replace(each, blocks=each.blocks.at(each.blocks.weight))
-    columns = once.columns
-    for one in (once, each):
+    F = once.columns.friction(per_motion=True)[1]
+    expected = fit(once, {}, None)
+    for one in (once, each, anew):
         blocks = one.blocks
         gram = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
         np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
         for j in range(N):  # of the currents that are there now
-            F = one.columns.friction(per_motion=True)[1]
-            np.testing.assert_allclose(one.sigma[j], free_sigma(columns, F, once.A, j), rtol=1e-8)
-    for one in (each, anew):
-        model, other = Model.of(one, {}), Model.of(once, {})
-        np.testing.assert_allclose(model.sigma, other.sigma, rtol=1e-10)
-        for x, y in zip((model, other), (other, model), strict=True):  # the same values at the same parameters
-            T = np.linalg.lstsq(x.blocks.U, y.blocks.U)[0]
-            turn = np.zeros((len(T) + 2, len(T) + 2))
-            turn[:-2, :-2], turn[-2:, -2:] = T, np.eye(2)
-            S = turn.T @ x.eliminated[2] @ turn
-            np.testing.assert_allclose(S, y.eliminated[2], rtol=0, atol=1e-8 * np.abs(S).max())
+            np.testing.assert_allclose(one.sigma[j], free_sigma(once.columns, F, once.A, j), rtol=1e-8)
+        found = fit(one, {}, None)
+        np.testing.assert_allclose(found.h, expected.h, rtol=1e-7)
+        np.testing.assert_allclose(found.theta, expected.theta, rtol=0, atol=1e-7 * np.abs(expected.theta).max())
 
 
 def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave_but_no_rounding(small, unsure):

@@ -21,7 +21,6 @@ pytestmark = pytest.mark.parametrize("method", ESTIMATORS)
 # A search ends where its last step does; the deviations follow from a factorisation at that point.
 SETTLED = {"nls": 1e-7}
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
-WHITE = replace(LOOSE, uncertainty="classical")
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -113,8 +112,8 @@ def test_the_same_data_give_the_same_digits(method, noisy, heavy, found):
     np.testing.assert_array_equal(first.covariance, second.covariance)
 
 
-@pytest.mark.parametrize("k", [3.7])
-def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k, found):
+def test_mass_times_k_is_gains_times_k(method, noisy, heavy, found):
+    k = 3.7
     inertia, spread = tuple(k * i for i in heavy.inertia), k * heavy.mass_std
     heavier = replace(heavy, mass=k * heavy.mass, inertia=inertia, mass_std=spread)
     before, after = found(method), estimated(method, *noisy, heavier, LOOSE)
@@ -122,57 +121,12 @@ def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k, found):
     np.testing.assert_allclose(stds(after), k * stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
-@pytest.mark.parametrize("k", [-23.0, pytest.param(0.013, marks=pytest.mark.slow)])
-def test_currents_times_k_are_gains_over_k(method, noisy, heavy, k, found):
-    scaled = (each(o, lambda joint: replace(joint, V=k * joint.V)) for o in noisy)
+def test_currents_times_k_are_gains_over_k_of_each_joint(method, noisy, heavy, found):
+    k = np.array([-23.0, 0.013, 1.7, -0.4, 1e3, 5.1])
+    scaled = (changed(o, {j: replace(one, V=k[j] * one.V) for j, one in enumerate(o.joints)}) for o in noisy)
     before, after = found(method), estimated(method, *scaled, heavy, LOOSE)
     np.testing.assert_allclose(values(after), values(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
-    np.testing.assert_allclose(stds(after), stds(before) / abs(k), rtol=SETTLED.get(method, 1e3 * EXACT))
-    np.testing.assert_allclose(after.rel_error_norm, before.rel_error_norm, rtol=1e-9)
-    np.testing.assert_allclose(after.sigma, abs(k) * before.sigma, rtol=1e-9)
-
-
-def test_a_unit_of_one_joint_s_current_does_not_touch_the_other_gains(method, noisy, heavy, found):
-    scaled = (changed(o, {4: replace(o.joints[4], V=1e3 * o.joints[4].V)}) for o in noisy)
-    before, after = found(method), estimated(method, *scaled, heavy, LOOSE)
-    factor = np.array([1.0, 1.0, 1.0, 1.0, 1e-3, 1.0])
-    np.testing.assert_allclose(values(after), factor * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
-
-
-def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(method, noisy, heavy, rng):
-
-    def shuffled(joint: JointObservation) -> JointObservation:
-        order = rng.permutation(len(joint.V))
-        return replace(joint, V=joint.V[order], W=joint.W[order], W_L=joint.W_L[order])
-
-    before = estimated(method, *noisy, heavy, WHITE)
-    after = estimated(method, *(each(o, shuffled) for o in noisy), heavy, WHITE)
-    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
-    np.testing.assert_allclose(stds(after), stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
-
-
-def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method, noisy, heavy, steady_weights):
-    def twice(joint: JointObservation) -> JointObservation:
-        V, W, W_L = (np.concatenate((x, x)) for x in (joint.V, joint.W, joint.W_L))
-        new = replace(joint, V=V, W=W, W_L=W_L, t=np.arange(len(V)), position=np.arange(len(V)))
-        return replace(new, weight=np.ones(len(V)))
-
-    before = estimated(method, *noisy, heavy, WHITE)
-    after = estimated(method, *(each(o, twice) for o in noisy), heavy, WHITE)
-    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
-    rows = before.solution.rows
-    # sigma^2 = |rho|^2 / (r - b): the same square sum twice over 2 r - b, and a cofactor halved.
-    own = np.array([(120 * 2 - rows.unknowns[j]) / (120 * 4 - rows.unknowns[j]) for j in range(6)])
-    expected = before.covariance[0, 0] * own[0]
-    # All joints together: each gain feels all joints' deviations, whose factors differ by up to 0.4 %.
-    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol=5e-3 if method == "nls" else 1e-8)
-
-
-def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy, found):
-    later = (each(o, lambda joint: replace(joint, t=joint.t + 37.0, position=joint.position + 740)) for o in noisy)
-    before, after = found(method), estimated(method, *later, heavy, LOOSE)
-    np.testing.assert_array_equal(values(after), values(before))
-    np.testing.assert_allclose(stds(after), stds(before), rtol=1e-9)
+    np.testing.assert_allclose(stds(after), stds(before) / np.abs(k), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
 @pytest.mark.parametrize(

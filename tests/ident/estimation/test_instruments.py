@@ -4,21 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import logs_of, problem_of
 from exact import EXACT, GAIN, TRUSTING, exact_pair, full_rate
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from real_friction import Truth
 
-from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.iv import instrumental, instrumental_gains, instruments
 from ident.estimation.joint_by_joint import gain_system, joint_by_joint_gains
-from ident.estimation.problem import GainOptions, Problem, pair
-from ident.model.structure import structure_of
+from ident.estimation.problem import pair
 from ident.observation.full_rate import FullRate
-from ident.observation.observation import ObserveOptions, observe
 from ident.observation.smooth_motion import DEGREE, Reference, reference
 from ident.support.errors import NotIdentifiable
-
-WIDE = ObserveOptions(cutoff_hz=40.0, decimation_cutoff_hz=30.0, rows_per_second=60.0)
-LOOSE = GainOptions(max_rel_std=10.0)
 
 
 def smooth(q: np.ndarray) -> Reference:
@@ -30,27 +25,6 @@ def slow_motion(t: np.ndarray, rates: tuple[float, ...]) -> tuple[np.ndarray, np
     w = 2.0 * np.pi * np.array(rates)
     angle = np.outer(t, w) + 0.3
     return 0.7 * np.sin(angle) + 0.2 * t[:, None], 0.7 * w * np.cos(angle) + 0.2, -0.7 * w**2 * np.sin(angle)
-
-
-@pytest.fixture(scope="module")
-def logs():
-    """A UR-like arm's recordings, exact but for 0.2 % of current noise, its structure and options to find all gains."""
-    model = ur_like()
-    return known_logs(model, BRICK, UR_GAIN, np.random.default_rng(3), middle=UR_MIDDLE, noise=0.002, rate=250.0), (
-        structure_of(arm_of(model))
-    )
-
-
-def problem_of(logs, observing: ObserveOptions, *, encoder: float = 0.0) -> Problem:
-    recordings, structure = logs
-    rng = np.random.default_rng(0)
-    heard = (replace(each, q=each.q + encoder * rng.standard_normal(each.q.shape)) for each in recordings)
-    return pair(*(observe(each, structure, observing) for each in heard), BRICK, LOOSE)
-
-
-def errors(method: str, problem: Problem) -> np.ndarray:
-    estimator = ESTIMATORS[method]
-    return 1.0 / estimator.estimate(problem, estimator.options()).solution.inverse / UR_GAIN - 1.0
 
 
 def test_a_slow_motion_is_found_with_its_derivatives():
@@ -141,14 +115,13 @@ def test_instruments_that_are_too_few_or_dependent_or_zero_or_of_no_recording_ar
         instrumental_gains(replace(problem, motions=problem.motions[:1] * 2))
 
 
-def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypatch):
-    problem = problem_of(logs, WIDE)
+def test_instruments_along_the_recorded_motion_are_the_regressor(axes, monkeypatch):
+    problem = problem_of(axes, logs_of(Truth()))
 
     def same(behind: FullRate) -> Reference:
-        share = np.array([0.1, 0.3, 0.2, 0.1, 0.1, 0.1]) * (
-            1.5 if behind is problem.motions[0].observation.full_rate else 1
-        )
-        return Reference(q=behind.q, dq=behind.dq, ddq=behind.ddq, kept=share, left=np.zeros(6))
+        share = 1.5 if behind is problem.motions[0].observation.full_rate else 1.0
+        kept = share * np.array([0.1, 0.3, 0.2])
+        return Reference(q=behind.q, dq=behind.dq, ddq=behind.ddq, kept=kept, left=np.zeros(3))
 
     monkeypatch.setattr("ident.estimation.estimators.iv.reference", same)
     along, kept = instruments(problem)
@@ -165,12 +138,3 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
     assert estimate.remarks == (
         "the instruments retain up to 45 % of the noise variance of positions, 1.8 % of that of accelerations",
     )
-
-
-@pytest.mark.slow  # `test_gain_checks` has both estimates of such logs
-def test_encoder_noise_that_a_wide_filter_lets_through_biases_least_squares_and_not_instruments(logs):
-    # 1e-3 rad white, of which a cut-off of 40 Hz leaves as much acceleration as the motion has.
-    problem = problem_of(logs, WIDE, encoder=1e-3)
-    least, instrument = (np.abs(errors(method, problem)) for method in ("ls-2011", "iv"))
-    assert (instrument < 0.5 * least).sum() >= 4
-    assert np.median(instrument) < 0.2 * np.median(least)

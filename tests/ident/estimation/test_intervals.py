@@ -80,39 +80,6 @@ def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
     np.testing.assert_allclose(both * scale, one, rtol=1e-12)
 
 
-def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
-    # AR(1) with 0.9 on 400 rows and 12 smooth unknowns, which take a good part of it: 300 draws know the spread to
-    # 4 %, and the mean square of the jackknife to less. The white formula sees sqrt(0.1 / 1.9)
-    # = 0.23 of it.
-    rng, rows, draws = np.random.default_rng(6), 400, 300
-    t = np.arange(rows) / rows
-    W = np.column_stack([np.cos(np.pi * k * t) for k in range(11)] + [np.sin(41.0 * t) ** 3])
-    Q, R = np.linalg.qr(W)
-    influence = np.linalg.solve(R, Q.T)[-1:]
-    noise = np.zeros((rows + 200, draws))
-    for k in range(1, rows + 200):
-        noise[k] = 0.9 * noise[k - 1] + rng.normal(size=draws)
-    noise = noise[200:]
-    spread = float(np.std(influence @ noise))
-    squares = {classical: 0.0, jackknife: 0.0}
-    for V in noise.T:
-        found = Rows(
-            V=V,
-            residual=V - Q @ (Q.T @ V),
-            joint=np.zeros(rows, dtype=np.intp),
-            motion=np.zeros(rows, dtype=np.intp),
-            position=np.arange(rows),
-            unknowns={0: 12.0},
-            weight=np.ones(rows),
-            explained=Q,
-        )
-        for kind in squares:
-            squares[kind] += float(kind(found, influence)[0, 0]) / draws
-    white, blocks = (np.sqrt(squares[kind]) / spread for kind in (classical, jackknife))
-    assert white < 0.4
-    assert 0.85 < blocks < 1.25
-
-
 def test_what_no_column_explains_is_left_as_it_is(linear):
     rows = replace(linear.rows, explained=np.zeros((len(linear.V), 0)))
     for block, left in left_out(rows):

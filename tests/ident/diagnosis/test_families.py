@@ -20,22 +20,18 @@ from ident.model.structure import structure_of
 
 
 @pytest.mark.parametrize(("joint", "ratio"), [(2, -63.0), pytest.param(1, 101.0, marks=pytest.mark.slow)])
-def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(axes, joint, ratio):
-    wrong = [changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in logs_of(Truth())]
-    model = doubted(axes, logs_of(Truth()))
-    logs = replace(model, recordings=tuple(wrong))
-    of_a_ratio = (each for each in families.units(logs) if each.value is not None)
+def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(sound, joint, ratio):
+    wrong = tuple(changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in sound.recordings)
+    of_a_ratio = (each for each in families.units(replace(sound, recordings=wrong)) if each.value is not None)
     geared = min(of_a_ratio, key=lambda each: abs(each.value - ratio))
     assert abs(geared.value / ratio - 1.0) < 0.011  # ratios are 2 % apart
     exact = geared.refined(np.array([ratio / geared.value - 1.0]))
-    np.testing.assert_allclose(exact.hypothesis.logs[0].read(wrong[0]).q, logs_of(Truth())[0].q, atol=1e-9)
+    np.testing.assert_allclose(exact.hypothesis.logs[0].read(wrong[0]).q, sound.recordings[0].q, atol=1e-9)
 
 
 def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(sound):
-    wrong, words = (
-        tuple(changed(each, q=np.rad2deg(each.q)) for each in sound.recordings),
-        "all positions are in degrees",
-    )
+    wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in sound.recordings)
+    words = "all positions are in degrees"
     found = next(each for each in families.units(replace(sound, recordings=wrong)) if each.words == words)
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=1e-12)
     assert not any(each.words == words for each in families.units(sound))
@@ -218,70 +214,53 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
     zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
     small = FirstOrder(zero, np.ones(40), np.array([0.06]), np.eye(1))
     assert small.near(families.turned(sound, 1, (0, 1), 1.0, 0.09))
-    quarter, negated, other, alone = (
-        (1, (0, 1), 1.0, 0.06 + np.pi / 2), (1, (0, 1), -1.0, 0.06), (2, (0, 1), 1.0, 0.06), (1, (1,), 1.0, 0.06)
-    )  # fmt: skip
-    assert not any(small.near(families.turned(sound, *each)) for each in (quarter, negated, other, alone))
+    quarter, negated = (1, (0, 1), 1.0, 0.06 + np.pi / 2), (1, (0, 1), -1.0, 0.06)
+    for each in (quarter, negated, (2, (0, 1), 1.0, 0.06), (1, (1,), 1.0, 0.06)):  # the last of another joint, one log
+        assert not small.near(families.turned(sound, *each))
     scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
     small = FirstOrder(scale, np.ones(40), np.array([0.2]), np.eye(1))
     assert small.near(families.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
+    for share in (0.97, -0.97, 1.03, -1.03):  # the first order is believed up to the largest size either way
+        own = replace(small, value=np.array([share * families.LARGEST_SCALE]))
+        assert own.within is (abs(share) < 1.0)
 
 
 def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
-    for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
-        full = Exact(
-            families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, sound.model.fits.score, np.array([0.01])
-        )
-        np.testing.assert_allclose(full.std, np.rad2deg(0.01), rtol=1e-9)
-    assert Exact(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound, sound.model.fits.score).std is None
+    def std(alternative, spread: list[float] | None) -> float | None:
+        spread = None if spread is None else np.array(spread)
+        return Exact(alternative, np.ones(40), sound, sound.model.fits.score, spread).std
+
+    for zero in (np.pi - 0.001, -np.pi + 0.001, 0.3):
+        turned = families.turned(sound, 1, (0, 1), 1.0, zero)
+        np.testing.assert_allclose(std(turned, [0.01]), np.rad2deg(0.01), rtol=1e-9)
+        assert std(turned, None) is None
     apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
-    assert (
-        Exact(apart, np.ones(40), sound, sound.model.fits.score, np.array([1e-3, 2e-3, 3e-3])).std is None
-    )  # of three sizes there is no one
+    assert std(apart, [1e-3, 2e-3, 3e-3]) is None  # of three sizes there is no one
 
 
-def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found):
-    delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
-    for share in (0.97, -0.97, 1.03, -1.03):
-        value = np.array([share * families.LARGEST_DELAY])
-        assert FirstOrder(delay, np.ones(40), value, np.eye(1)).within is (abs(share) < 1.0)
-
-
-@pytest.mark.parametrize(
-    ("family", "joints", "begin"),
-    [("current drift", (), -0.5), ("current scale", (), 1.0), ("current scale", (1,), 1.0)],
-)
-def test_a_scale_or_drift_is_one_of_the_whole_current_with_payload_and_friction(sound, found, family, joints, begin):
-    own = next(each for each in found if (each.family, each.joints, each.logs) == (family, joints, (1,)))
-    assert family == "current scale" or (own.unit, own.scale) == ("%", 100.0)
-    for j, (rows, column) in enumerate(zip(sound.model.rows, own.columns, strict=True)):
-        if joints and j not in joints:
-            assert column is None
-            continue
-        at = rows.motion == 1  # a drift is none in the middle of its log and half of the currents at the ends
-        share = np.interp(rows.position[at], [0, rows.position[at][-1]], [begin, abs(begin)])
-        left = column[at, 0] - rows.V[at] * share  # noise that the fit leaves
-        assert np.std(left) < 0.05 * np.std(rows.V[at])
-        assert not column[~at].any()
-
-
-@pytest.mark.parametrize(("family", "begin"), [("offset", 1.0), ("offset drift", -0.5)])
 @pytest.mark.parametrize("joints", [(), (1,)])
-def test_columns_of_an_offset_are_what_it_changes_of_the_filtered_currents(axes, sound, found, family, begin, joints):
+@pytest.mark.parametrize(
+    ("family", "begin"), [("current scale", 1.0), ("current drift", -0.5), ("offset", 1.0), ("offset drift", -0.5)]
+)
+def test_scales_offsets_and_drifts_are_what_they_change_of_the_filtered_currents(
+    axes, sound, found, family, begin, joints
+):
     own = next(each for each in found if (each.family, each.joints, each.logs) == (family, joints, (1,)))
-    sizes = np.array([0.7, -1.3, 2.1])
-    log = sound.recordings[1]
-    moved = np.linspace(begin, begin + 1.0 if begin < 0.0 else begin, len(log.t))[:, None] * sizes
+    assert family != "current drift" or (own.unit, own.scale) == ("%", 100.0)
+    log, sizes, of_offset = sound.recordings[1], np.array([0.7, -1.3, 2.1]), "offset" in family
+    # a drift is none in the middle of its log and half of the size at the ends
+    moved = np.linspace(begin, abs(begin), len(log.t))[:, None] * (sizes if of_offset else log.v)
     other = problem_of(axes, [sound.recordings[0], changed(log, v=log.v + moved)])
-    for j, column in enumerate(own.columns):
+    for j, (column, before) in enumerate(zip(own.columns, sound.model.rows, strict=True)):
         if joints and j not in joints:
             assert column is None
             continue
-        value = sizes[[j]] if joints else sizes
-        rows = np.concatenate([each.observation.joints[j].V for each in other.motions]) - sound.model.rows[j].V
-        # A row stands for its position in the log; the filter's width is a small part of that.
-        np.testing.assert_allclose(column @ value, rows, atol=0.02 * np.abs(sizes[j]))
+        value = (sizes[[j]] if joints else sizes) if of_offset else np.ones(1)
+        rows = np.concatenate([each.observation.joints[j].V for each in other.motions]) - before.V
+        # A row stands for its position in the log; the filter's width is a small part of that, noise that a fit leaves.
+        size = 0.02 * np.abs(sizes[j]) if of_offset else 0.1 * np.std(before.V)
+        np.testing.assert_allclose(column @ value, rows, atol=size)
 
 
 def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):

@@ -68,16 +68,12 @@ def test_a_gain_far_from_the_median_of_the_others_is_named_with_the_ratio():
     assert far_off(1.0, 1.0, 1.0, 0.9 * FAR, 1.01 * FAR) == [(4,)]
 
 
-@pytest.mark.parametrize(
-    ("load", "friction", "contradicted"),
-    [(1.1, -1.1, True), (-1.1, 1.1, True), (-1.1, -1.1, False), (0.9, -1.1, False), (1.1, -0.9, False)],
-)
-def test_signs_by_load_and_by_friction_contradict_where_both_are_sure(monkeypatch, load, friction, contradicted):
-    load, friction = SURE_LOAD_Z * load, FRICTION_Z * friction
-    signs = SimpleNamespace(load_z=np.array([30.0, load]), friction_z=np.array([30.0, friction]))
+def test_signs_by_load_and_by_friction_contradict_where_both_are_sure(monkeypatch):
+    load, friction = np.array([[1.1, -1.1, -1.1, 0.9, 1.1], [-1.1, 1.1, -1.1, -1.1, -0.9]])
+    signs = SimpleNamespace(load_z=SURE_LOAD_Z * load, friction_z=FRICTION_Z * friction)
     monkeypatch.setattr("ident.diagnosis.gain_checks.joint_signs", lambda _: signs)
-    found = [each for each in gain_diagnoses(estimate(3.0, None, 2.0)) if each.name == "sign of the gain"]
-    assert [(each.severity, each.joints) for each in found] == ([(Severity.WRONG, (2,))] if contradicted else [])
+    found = implausible("sign of the gain", None, 3.0, -2.0, 2.0, 4.0, 2.5)
+    assert [(each.severity, each.joints) for each in found] == [(Severity.WRONG, (1,)), (Severity.WRONG, (2,))]
 
 
 def test_a_joint_whose_current_is_badly_explained_is_named():
@@ -106,24 +102,17 @@ def lasting(axes) -> Problem:
     return problem_of(axes, [with_current(log, 1, drifting) for log in logs_of(Truth())])
 
 
-def test_residuals_that_last_are_told_with_the_ratio_of_deviations(lasting, sound_estimate):
+def test_residuals_that_last_are_told_with_the_ratio_of_deviations_whatever_is_asked_for(lasting, sound_estimate):
     estimate, white = all_joints(lasting), autocorrelation(sound_estimate)
     assert (white.severity, white.advice) == (Severity.GOOD, None)
     assert autocorrelation(replace(estimate, joints=())) is None
-    found = autocorrelation(estimate)
-    assert (found.severity, found.joints) == (Severity.WEAK, (1,))
-    white = np.sqrt(np.diag(classical(estimate.solution.rows, estimate.solution.influence)))
-    ratio = float(np.sqrt(estimate.covariance[1, 1])) / white[1]  # of 1/g, as the influence is
-    np.testing.assert_allclose(found.value, ratio, rtol=1e-9)  # rounding of sums of 700 rows
-    assert f"accounts for it is {ratio:.2g} times that of white residuals" in found.sentence
-
-
-def test_a_deviation_that_takes_residuals_as_white_is_held_against_one_that_does_not(lasting):
-    aware = autocorrelation(all_joints(lasting))
-    unaware = autocorrelation(all_joints(replace(lasting, options=replace(LOOSE, uncertainty="classical"))))
-    assert unaware.severity is Severity.WEAK
-    assert "accounts for it would be" in unaware.sentence
-    np.testing.assert_allclose(unaware.value, aware.value, rtol=1e-6)  # the default is the cautious one
+    white = np.diag(classical(estimate.solution.rows, estimate.solution.influence))
+    ratio = np.sqrt(estimate.covariance[1, 1] / white[1])  # of 1/g, as the influence is
+    unaware = all_joints(replace(lasting, options=replace(LOOSE, uncertainty="classical")))
+    for found, verb in ((autocorrelation(estimate), "is"), (autocorrelation(unaware), "would be")):
+        assert (found.severity, found.joints) == (Severity.WEAK, (1,))
+        np.testing.assert_allclose(found.value, ratio, rtol=1e-6)  # the default is the cautious one
+        assert f"accounts for it {verb} {ratio:.2g} times that of white residuals" in found.sentence
 
 
 def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
@@ -210,26 +199,20 @@ def test_links_drawn_c_times_too_light_are_found_c_times_heavier_whatever_motors
     np.testing.assert_allclose([each.share for each in found], 1.0, rtol=1e-9)
 
 
-@pytest.mark.parametrize("drawn", [1.0, 1 / 29.0, 1.9, 29.0])
-def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted(sound, sound_estimate, drawn):
-    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * standard_parameters_of(three_axes()))
-    # of links of other materials no gain is refused
-    assert finding.severity is (Severity.GOOD if drawn == 1.0 else Severity.WEAK)
-    # Gains are known within 2 %.
-    np.testing.assert_allclose(finding.value, 1.0 / drawn, rtol=0.05)
-
-
-@pytest.mark.parametrize("drawn", [1 / 37.0, 37.0])
-def test_masses_in_different_units_refuse_every_gain(sound, sound_estimate, drawn):
-    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * standard_parameters_of(three_axes()))
-    assert finding.severity is Severity.WRONG
-    mass = sound.problem.motions[1].payload.mass
-    with pytest.raises(Contradiction, match=f"^payload mass {mass:g} kg: .* times those of its model .*mass in kg"):
-        without_spoilt(sound_estimate, [finding])
-
-
-def test_without_a_bare_motion_or_with_masses_that_are_all_alike_there_is_no_witness(sound, sound_estimate):
-    links, loaded = standard_parameters_of(three_axes()), replace(sound.problem, motions=sound.problem.motions[1:])
+def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted_and_other_units_refused(
+    sound, sound_estimate
+):
+    links = standard_parameters_of(three_axes())
+    wrong = {1.0: Severity.GOOD, 1 / 37.0: Severity.WRONG, 37.0: Severity.WRONG}  # of other materials none is refused
+    for drawn in (1.0, 1 / 29.0, 1.9, 29.0, 1 / 37.0, 37.0):
+        found = link_mass_consistency(sound.problem, sound_estimate, drawn * links)
+        assert found.severity is wrong.get(drawn, Severity.WEAK)
+        np.testing.assert_allclose(found.value, 1.0 / drawn, rtol=0.05)  # gains are known within 2 %
+    said = f"^payload mass {BRICK.mass:g} kg: .* times those of its model .*mass in kg"
+    with pytest.raises(Contradiction, match=said):
+        without_spoilt(sound_estimate, [found])
+    # Without a bare motion, or with masses that are all alike, there is no witness.
+    loaded = replace(sound.problem, motions=sound.problem.motions[1:])
     assert link_mass_consistency(loaded, sound_estimate, links) is None
     links[:, 9] = 1.0
     assert link_mass_consistency(sound.problem, sound_estimate, links) is None
@@ -239,28 +222,14 @@ def weights(*factors: float, share: float = 0.9) -> list[LinkWeight]:
     return [LinkWeight(joint=joint, factor=factor, share=share) for joint, factor in enumerate(factors)]
 
 
-@pytest.mark.parametrize(
-    ("given", "severity"),
-    [
-        # more than half of the joints have to be beyond the factor one way
-        (weights(1.2, 4.9), Severity.GOOD), (weights(1.6, 4.9), Severity.WEAK),
-        (weights(1.1, 1.2, 4.8, 4.9), Severity.GOOD), (weights(1.1, 4.7, 4.8, 4.9), Severity.WEAK),
-        (weights(0.1, 1.2), Severity.GOOD), (weights(0.1, 0.2, 1.2), Severity.WEAK),
-        (weights(0.1, 4.9, 1.2), Severity.GOOD),
-        (weights(FACTOR, FACTOR, FACTOR), Severity.GOOD),
-        (weights(FACTOR + 0.01, FACTOR + 0.01, FACTOR + 0.01), Severity.WEAK),
-        # links of other proportions explain these torques badly
-        (weights(8.0, 8.0, share=SHOWN_SHARE - 0.01), None), (weights(8.0, 8.0, share=SHOWN_SHARE), Severity.WEAK),
-        ([*weights(8.0), *weights(8.0, share=0.1)], None),
-        (weights(-2.0, -1.3, 1.1), None),  # torques against the model's have another cause
-    ],
-)  # fmt: skip
-def test_weights_of_links_are_doubted_from_the_factor_of_most_joints(given, severity):
-    found = judged(given)
-    assert (found and found.severity) is severity
-
-
-def test_the_joints_that_show_a_weight_are_named_with_its_median_and_advice():
+def test_weights_of_links_are_doubted_from_the_factor_of_most_joints_and_named_with_its_median():
+    good = [weights(1.2, 4.9), weights(1.1, 1.2, 4.8, 4.9), weights(0.1, 1.2), weights(0.1, 4.9, 1.2)]
+    weak = [weights(1.6, 4.9), weights(1.1, 4.7, 4.8, 4.9), weights(0.1, 0.2, 1.2), weights(*3 * [FACTOR + 0.01])]
+    weak.append(weights(8.0, 8.0, share=SHOWN_SHARE))  # links of other proportions explain torques badly
+    none = [weights(8.0, 8.0, share=SHOWN_SHARE - 0.01), [*weights(8.0), *weights(8.0, share=0.1)]]
+    none.append(weights(-2.0, -1.3, 1.1))  # torques against the model's have another cause
+    for grade, cases in ((Severity.GOOD, [*good, weights(*3 * [FACTOR])]), (Severity.WEAK, weak), (None, none)):
+        assert {(found := judged(each)) and found.severity for each in cases} == {grade}
     found = judged([*weights(1.6, 4.8), *weights(8.0, share=0.1)])
     assert found.joints == (0, 1)
     assert "masses are 3.2 times those of its model (median of joints 1 and 2," in found.sentence

@@ -1,6 +1,7 @@
 """A log by itself: its clock, lost and repeated samples, its motion."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -20,8 +21,11 @@ from ident.support.errors import RecordingError
 OPTIONS = ObserveOptions()
 
 
-def clocked(log: Recording) -> list[Diagnosis]:
-    return clock(log, OPTIONS)
+def clocked(log: Recording, name: str) -> Diagnosis:
+    return named(clock(log, OPTIONS), name)
+
+
+gaps = partial(clocked, name="missing samples")
 
 
 def test_a_clean_log_has_nothing_but_good_lines(ur_log):
@@ -35,14 +39,13 @@ def test_a_clean_log_has_nothing_but_good_lines(ur_log):
 
 def test_a_hole_splits_a_log_and_small_gaps_are_bridged(ur_log):
     # ten intervals of 8 ms and a bit, beyond which nothing is interpolated
-    assert "used" not in named(clocked(without(ur_log, np.arange(900, 909))), "missing samples").sentence
-    hole = named(clocked(without(ur_log, np.arange(900, 910))), "missing samples")
+    assert "used" not in gaps(without(ur_log, np.arange(900, 909))).sentence
+    hole = gaps(without(ur_log, np.arange(900, 910)))
     assert (hole.severity, hole.sentence[-14:]) == (Severity.WEAK, "used as 2 logs")  # of 7 and 13 s
-    early = named(clocked(without(ur_log, np.arange(90, 110))), "missing samples")
+    early = gaps(without(ur_log, np.arange(90, 110)))
     assert early.sentence.endswith("; used from 0.88 to 19.99 s")  # .7 s are too short for six joints
-    short = without(ur_log, [*range(280, 310), *range(600, 2500)])
-    assert named(clocked(short), "missing samples").severity is Severity.WRONG
-    many = named(clocked(without(ur_log, np.arange(40, 2400, 45))), "missing samples")  # bridged, each alone
+    assert gaps(without(ur_log, [*range(280, 310), *range(600, 2500)])).severity is Severity.WRONG
+    many = gaps(without(ur_log, np.arange(40, 2400, 45)))  # bridged, each alone
     assert (many.severity, many.value) == (Severity.WEAK, 53.0)
 
 
@@ -57,17 +60,17 @@ def test_a_log_as_short_as_is_used_can_be_observed_and_one_shorter_by_a_third_ca
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing_and_a_slow_clock_is_weak(ur_log):
     t = np.cumsum(np.where(np.arange(len(ur_log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
-    found = named(clocked(without(replace(ur_log, t=t), [700])), "rate")
+    found = clocked(without(replace(ur_log, t=t), [700]), "rate")
     assert float(found.value) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
     for step, grade in ((2, Severity.GOOD), (3, Severity.WEAK)):  # 62.5 and 41.7 Hz
         slow = Recording(ur_log.t[::step], ur_log.q[::step], ur_log.v[::step])
-        assert named(clocked(slow), "rate").severity is grade
+        assert clocked(slow, "rate").severity is grade
     seventh = np.arange(len(ur_log.t)) % 7 == 3
-    lines = clocked(restamped(ur_log, 0.2 * seventh, [500, 501]))
-    assert named(lines, "rate").sentence == "sampled at 125 Hz: 2498 samples in 19.99 s"
-    assert named(lines, "jitter").sentence == "sampling intervals vary by up to 20 %"
-    assert named(lines, "jitter").severity is Severity.GOOD
-    assert named(clocked(restamped(ur_log, 0.6 * seventh)), "jitter").severity is Severity.WEAK  # 60 %
+    late = restamped(ur_log, 0.2 * seventh, [500, 501])
+    assert clocked(late, "rate").sentence == "sampled at 125 Hz: 2498 samples in 19.99 s"
+    jitter = clocked(late, "jitter")
+    assert (jitter.sentence, jitter.severity) == ("sampling intervals vary by up to 20 %", Severity.GOOD)
+    assert clocked(restamped(ur_log, 0.6 * seventh), "jitter").severity is Severity.WEAK  # 60 %
 
 
 def restamped(log: Recording, lateness, rows=()) -> Recording:
@@ -84,22 +87,20 @@ def test_stamps_that_jitter_and_intervals_of_which_each_is_random_miss_nothing_b
         log = restamped(ur_log, lateness)
         intervals = np.diff(log.t)
         assert intervals.max() > 1.6 * 0.008
-        lines = clocked(log)
-        assert named(lines, "missing samples").sentence == "the time stamps show no missing samples"
+        assert gaps(log).sentence == "the time stamps show no missing samples"
         varied = 100.0 * np.abs(intervals / np.median(intervals) - 1.0).max()
-        assert named(lines, "jitter").sentence == f"sampling intervals vary by up to {varied:.3g} %"
+        assert clocked(log, "jitter").sentence == f"sampling intervals vary by up to {varied:.3g} %"
     t = 0.008 * np.cumsum(np.maximum(1.0 + rng.normal(0.0, 0.23, len(ur_log.t)), 0.05))
-    log = replace(ur_log, t=t)
     assert np.diff(t).max() > 1.6 * 0.008
-    assert named(clocked(log), "missing samples").severity is Severity.GOOD
-    found = named(clocked(without(log, np.arange(700, 714))), "missing samples")
+    assert gaps(replace(ur_log, t=t)).severity is Severity.GOOD
+    found = gaps(without(replace(ur_log, t=t), np.arange(700, 714)))
     assert float(found.value) == pytest.approx(14.0, abs=4.0)  # deviation of 15 such intervals, four times: 3.6
 
 
 @pytest.mark.parametrize("spread", [0.01, 0.1])
 def test_samples_that_are_missing_are_counted_beside_jitter(ur_log, rng, spread):
     late = np.clip(rng.normal(0.0, spread, len(ur_log.t)), -3.0 * spread, 3.0 * spread)
-    found = named(clocked(restamped(ur_log, late, [1, 300, 301, 303, 1700, 2498])), "missing samples")
+    found = gaps(restamped(ur_log, late, [1, 300, 301, 303, 1700, 2498]))
     assert found.sentence.startswith("6 samples are missing in 5 gaps, the longest 0.02")
     assert found.severity is Severity.WEAK
 
@@ -114,32 +115,27 @@ def test_samples_that_are_missing_are_counted_beside_stamps_as_late_as_a_gap_is_
         late[[40, 41]] = 1.8, 0.9
     log = restamped(ur_log, late, [600])
     assert (np.diff(log.t).argmax() == 39) == stalled
-    found = named(clocked(log), "missing samples")
-    assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
+    said = "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
+    assert gaps(log).sentence == said
 
 
 LOST = [411, 902, 903, 1700]
 
 
-@pytest.mark.parametrize(
-    ("lost", "step", "before"),
-    [
-        (LOST, 0.0, [410, 900, 1696]),  # the row before, in the log that remains
-        (LOST, 8e-4, [410, 900, 1696]),  # sure beside what rounding deviates by, step / sqrt(12), and no more
-        ([*range(500, 520), 523], 0.0, [499, 502]),  # a step of 21, two rows on one of 2
-    ],
-)
-def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log, lost, step, before):
-    log = without(ur_log, lost, even=True)
-    log = replace(log, q=np.round(log.q / step) * step) if step else log
-    odd, spoilt = timestamp_anomalies(log), SPOILING["lost samples"](log)
-    np.testing.assert_array_equal(odd.long, before)
-    assert len(odd.still) == 0
-    np.testing.assert_array_equal(np.flatnonzero(spoilt.all(axis=1)), sorted({*before, *(row + 1 for row in before)}))
-    if lost is LOST and not step:
-        found = named(lost_samples(log), "lost samples")
-        assert found.severity is Severity.WEAK
-        assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
+def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
+    whole = without(ur_log, LOST, even=True)
+    coarse = replace(whole, q=np.round(whole.q / 8e-4) * 8e-4)  # sure beside what rounding deviates by, and no more
+    for log, before in (
+        (whole, [410, 900, 1696]),  # the row before, in the log that remains
+        (coarse, [410, 900, 1696]),
+        (without(ur_log, [*range(500, 520), 523], even=True), [499, 502]),  # a step of 21, two rows on one of 2
+    ):
+        odd, spoilt = timestamp_anomalies(log), SPOILING["lost samples"](log)
+        assert (odd.long.tolist(), odd.still.tolist()) == (before, [])
+        assert np.flatnonzero(spoilt.all(axis=1)).tolist() == sorted({*before, *(row + 1 for row in before)})
+    found = named(lost_samples(whole), "lost samples")
+    assert found.severity is Severity.WEAK
+    assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
 
 
 def test_an_arm_that_sags_when_it_is_switched_on_has_lost_nothing_however_slowly_it_is_logged(ur_log):
@@ -171,7 +167,7 @@ def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, hone
 def test_samples_that_a_gap_of_the_stamps_hides_are_counted_beside_those_that_it_shows(ur_log):
     log = without(ur_log, np.arange(899, 904))  # five rows, two of them by the stamps
     log = replace(log, t=log.t - np.where(np.arange(len(log.t)) > 898, 3.0 * 0.008, 0.0))
-    assert named(clocked(log), "missing samples").value == 2.0
+    assert gaps(log).value == 2.0
     odd = timestamp_anomalies(log)
     assert (odd.long.tolist(), odd.lost.tolist()) == ([898], [3])
 

@@ -74,7 +74,7 @@ def test_an_effect_is_held_against_the_surer_of_both_claims_and_none_that_no_wei
         np.testing.assert_allclose(found.deviations, 1e-3 / claim, rtol=1e-9)
 
 
-def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(axes, behind, sound):
+def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(behind, sound):
     # Currents 24 ms late in one log move gain 1 by a tenth, by as much as `ls-2011` then claims of it.
     right, estimate = joint_by_joint(sound.problem).joints[0], joint_by_joint(behind.problem)
     now, found = estimate.joints[0], named(diagnose(behind, estimate, joint_by_joint).diagnoses, "delay")

@@ -160,42 +160,37 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
     told = rotors(ready) > 0.0
     assert set(told.tolist()) == {True, False}
     for j in range(N):
-        columns = {each: [] for each in ("load", "load-through", "load-motor")}
-        offset = {each: [] for each in ("load-through", "load-motor")}
-        spinning = {each: [] for each in ("load", "load-through")}
+        expected: dict[tuple[str, str], list[np.ndarray]] = {}
         for k, drive in enumerate(along):
-            full = behind(ready, k)
+            full, c = behind(ready, k), 0.07 if form == "load-motor" else 0.0
             dq = full.dq[:, j]
             x, s = h[j] * drive.sweep.at_full_rate(drive.sampled)[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
             rotor = h[j] * inertia[j] * full.ddq[:, j]
-            c = 0.07 if form == "load-motor" else 0.0
 
-            def of_motor(given, c=c, s=s):
-                W = given
-                for _ in range(60):  # W = x + c |W| s, by iteration
-                    W = given + c * np.abs(W) * s
+            def braking(carried, c=0.0, s=s):
+                W = carried
+                for _ in range(60 if c else 0):  # W = carried + c |W| s, by iteration
+                    W = carried + c * np.abs(W) * s
                 return np.abs(W) * s
 
-            columns["load"].append(np.abs(x - rotor) * s)
-            columns["load-through"].append(np.abs(x - rotor + friction) * s)
-            columns["load-motor"].append(of_motor(x + friction))
-            offset["load-through"].append((np.abs(x - rotor + friction + 0.2) - np.abs(x - rotor + friction)) * s)
-            offset["load-motor"].append(of_motor(x + friction + 0.2) - of_motor(x + friction))  # the offset is -0.2
-            spinning["load"].append((np.abs(x - 3.0 * rotor) - np.abs(x - rotor)) * s)  # twice what is half of all
-            more = np.abs(x - 3.0 * rotor + friction) - np.abs(x - rotor + friction)
-            spinning["load-through"].append(more * s)
-        for name, parts in columns.items():
-            expected, own = of_rows(ready, parts, j), found[name][name][joint == j]
-            np.testing.assert_allclose(own, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-        size = {"load": 0.05, "load-through": 0.05, "load-motor": 0.05} | ({form: values[form]} if form else {})
-        for share, of_forms in (("offset-share", offset), ("rotor-share", {} if told[j] else spinning)):
-            has = {each for each, own in found.items() if share in own and own[share][joint == j].any()}
-            assert has == of_forms.keys()
-            for name, parts in of_forms.items():
-                expected = size[name] * of_rows(ready, parts, j)
-                np.testing.assert_allclose(found[name][share][joint == j], expected, rtol=0, atol=1e-12)
-                assert np.abs(expected).max() > 5e-4
+            twice = {} if told[j] else {"rotor-share": -2.0 * rotor}  # of what is half of all
+            for name, carried, own, shares in (
+                ("load", x - rotor, 0.0, twice),
+                ("load-through", x - rotor + friction, 0.0, {"offset-share": 0.2, **twice}),  # the offset is -0.2
+                ("load-motor", x + friction, c, {"offset-share": 0.2}),
+            ):
+                expected.setdefault((name, name), []).append(braking(carried, own))
+                for share, more in shares.items():
+                    size = values[name] if name == form else 0.05
+                    change = size * (braking(carried + more, own) - braking(carried, own))
+                    expected.setdefault((name, share), []).append(change)
+        for (name, share), parts in expected.items():
+            rows = of_rows(ready, parts, j)
+            np.testing.assert_allclose(found[name][share][joint == j], rows, rtol=0, atol=1e-12 * np.abs(parts).max())
+            assert np.abs(rows).max() > 5e-4
+        shown = {(name, share) for name, own in found.items() for share in own if own[share][joint == j].any()}
+        assert shown == expected.keys()
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):

@@ -93,25 +93,6 @@ def test_of_no_gain_there_is_no_covariance():
     assert jackknife(rows, np.zeros((0, 0))).shape == (0, 0)
 
 
-def test_a_block_with_exactly_as_many_rows_as_unknowns_of_its_own_is_no_error():
-    # Unit columns of rows of the first block alone: I - Q'Q is exactly singular.
-    r = 40
-    explained = np.zeros((r, 3))
-    explained[0, 0] = explained[1, 1] = 1.0
-    explained[2:, 2] = 1.0 / np.sqrt(38.0)
-    zero = np.zeros(r, dtype=np.intp)
-    residual = np.where(np.arange(r) < 2, 0.0, np.random.default_rng(1).normal(size=r))
-    residual[2:] -= residual[2:].mean()
-    rows = Rows(
-        V=residual, residual=residual, joint=zero, motion=zero, position=np.arange(r),
-        unknowns={0: 3.0}, weight=np.ones(r), explained=explained,
-    )  # fmt: skip
-    first, *others = left_out(rows)
-    np.testing.assert_allclose(first[1], 0.0, atol=1e-12)
-    for block, fresh in others:
-        np.testing.assert_allclose(fresh, residual[block] - np.delete(residual[2:], block - 2).mean(), atol=1e-12)
-
-
 @pytest.fixture
 def rows(linear, rng) -> Rows:
     """Of joints that have no unknown in common."""

@@ -19,12 +19,8 @@ def cells(weighed_cell, tmp_path):
     (tmp_path / "a").symlink_to(weighed_cell / "run")
     true = pd.read_json(tmp_path / "b" / "result.json", typ="series")["gains"]
     sets = [
-        {
-            "name": name,
-            "bare": f"{name}/unloaded.parquet",
-            "loaded": f"{name}/{p}.parquet",
-            "payload": f"{name}/payload-{p}.toml",
-        }
+        {"name": name, "bare": f"{name}/unloaded.parquet"}
+        | {"loaded": f"{name}/{p}.parquet", "payload": f"{name}/payload-{p}.toml"}
         for name, p in (("a", "heavy"), ("b", "light"))
     ]
     return {"name": "Cells", "model": str(MODEL), "published": [1.1 * g["true"] for g in true], "sets": sets}

@@ -1,7 +1,7 @@
 """What is computed once a module, however many of its commands read the same files: surveys of logs, and estimates."""
 
 import pickle
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from hashlib import sha256
@@ -11,7 +11,7 @@ import pytest
 
 import ident.diagnosis.diagnose as diagnosing
 from ident.diagnosis.hypothesis import Logs
-from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, faults, survey
+from ident.diagnosis.search import Survey, survey
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS, Estimator
 from ident.estimation.problem import ObservedMotion, Problem
@@ -41,25 +41,14 @@ def _rows(motion: ObservedMotion) -> tuple[object, ...]:
 @contextmanager
 def computed_once() -> Iterator[None]:
     """Equal logs are compared with every alternative once, and equal problems estimated once."""
-    surveys: dict[bytes, tuple[Survey, list[Fault]]] = {}
+    surveys: dict[bytes, Survey] = {}
     estimates: dict[bytes, GainEstimate] = {}
 
     def surveyed(logs: Logs) -> Survey:
         key = _key(logs.recordings, logs.spoilt, logs.observing, _contents(logs.problem))
         if key not in surveys:
-            seen = survey(logs)
-            surveys[key] = seen, list(faults(seen))
-        return surveys[key][0]
-
-    def found(
-        seen: Survey,
-        confirms: Callable[[Exact], bool] = lambda _: True,
-        harmless: Callable[[FirstOrder], bool] = lambda _: False,
-    ) -> Iterable[Fault]:
-        kept = next(found for own, found in surveys.values() if own is seen)
-        of_logs = [each.best for each in kept if isinstance(each.best, Exact)]
-        same = all(confirms(each) and not any(map(harmless, seen.small)) for each in of_logs)
-        return kept if same else faults(seen, confirms, harmless)
+            surveys[key] = survey(logs)  # which keeps what is compared exactly
+        return surveys[key]
 
     def once(name: str, method: Estimator) -> Estimator:
         def estimate(problem: Problem, options: object) -> GainEstimate:
@@ -72,7 +61,6 @@ def computed_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(diagnosing, "survey", surveyed)
-        patch.setattr(diagnosing, "faults", found)
         for name, method in ESTIMATORS.items():
             patch.setitem(ESTIMATORS, name, once(name, method))
         yield

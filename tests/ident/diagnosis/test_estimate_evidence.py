@@ -37,7 +37,7 @@ from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.problem import GainOptions, Problem
-from ident.estimation.rows import joint_rows
+from ident.estimation.rows import Columns, joint_rows
 from ident.payload.payload import standard_parameters
 
 
@@ -182,6 +182,12 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
+    # Where it refuses a gain, that is estimated again from the currents without it.
+    refused, asked = replace(base, estimate=replace(estimate, joints=(None, *estimate.joints[1:]))), list[Problem]()
+    lack = Lack(refused, *added([centre], [found]), ())
+    diagnosis_of(lack, ("a", "b"), lambda given: asked.append(given) or sound)
+    left = Columns.of(problem.motions).V - base.stacked(centre.columns) @ found.value
+    np.testing.assert_allclose(Columns.of(asked[0].motions).V, left, rtol=0, atol=1e-12 * np.abs(left).max())
 
 
 def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimate):

@@ -162,11 +162,16 @@ def test_deviations_follow_from_influence_and_residual_by_the_uncertainty_that_i
         np.testing.assert_allclose(stds(estimate), np.sqrt(np.diag(covariance)) * values(estimate) ** 2, rtol=1e-12)
 
 
-def test_rows_hold_the_currents_and_what_the_fit_leaves_of_their_noise(method, structure, heavy, noisy, found):
+def test_rows_hold_the_currents_and_what_the_fit_leaves_of_their_noise_and_loaded_ones_the_load(
+    method, structure, heavy, noisy, found
+):
     exact = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), rows=120)
-    rows = found(method).solution.rows
+    rows, loads, known = found(method).solution.rows, found(method).solution.load_rms, heavy.known_part()
     for joint in range(6):
         own = rows.of(joint)
+        load = noisy[1].joints[joint].W_L @ (known.chi * known.mask)
+        if method != "sequential-2011":  # which knows the mass alone
+            np.testing.assert_allclose(loads[joint], np.sqrt(np.mean(load**2)), rtol=1e-9)
         for motion in (0, 1):
             given, clean = (each[motion].joints[joint].V for each in (noisy, exact))
             where = np.flatnonzero(rows.motion[own] == motion) + own.start

@@ -9,7 +9,7 @@ from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, exact_problem,
 import ident
 from ident.estimation.estimate import RefusedGain, joint_signs, judge_identifiability
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.joint_by_joint import gain_system, joint_by_joint, joint_fit
+from ident.estimation.joint_by_joint import joint_by_joint, joint_fit
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.payload.payload import Payload
 from ident.support.errors import NotIdentifiable
@@ -84,13 +84,6 @@ def test_these_methods_need_a_bare_and_a_loaded_motion_and_motions_of_one_mounti
     twin = ObservedMotion(loaded, replace(heavy))
     shared = Problem(structure, (without[0], mounted, twin, mounted), TRUSTING).payloads
     assert [id(each) for each in shared] == [id(heavy), id(twin.payload)]
-
-
-def test_the_load_on_a_joint_is_the_rms_of_the_known_torque_on_loaded_rows(structure, heavy, rng):
-    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=150), heavy, TRUSTING)
-    system = gain_system(problem, 3, [heavy.known_part()])
-    torque = problem.motions[1].observation.joints[3].W_L @ heavy.known_part().chi
-    np.testing.assert_allclose(system.load_rms, np.sqrt(np.mean(torque**2)), rtol=1e-12)
 
 
 def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, heavy):

@@ -179,6 +179,8 @@ def test_directions_are_of_those_joints_and_logs_in_which_they_differ_from_other
 def test_steps_of_a_size_add_up(sound):
     turned = families.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(turned.hypothesis.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
+    assert turned.advice.startswith("use q2 plus 23.5 degrees,")
+    assert families.turned(sound, 2, (1,), -1.0, -0.3).advice.startswith("use -q3 minus 17.2 degrees,")
     later = families.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
     np.testing.assert_allclose(later.hypothesis.logs[1].delay, 0.007, rtol=1e-12)
     assert "7 ms later" in later.words

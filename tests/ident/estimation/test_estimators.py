@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from exact import EXACT, GAIN, estimated, exact_observation, exact_pair, lopsided, values
 
-from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS, estimator
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import GainOptions, pair
@@ -134,23 +134,26 @@ def test_currents_times_k_are_gains_over_k_of_each_joint(method, noisy, heavy, f
 )
 def test_the_influence_is_the_derivative_by_the_currents(method, structure, heavy, steady_weights, joint, loaded):
     noisy = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
-    estimate = estimated(method, *noisy, heavy, LOOSE)
-    rows, solution = estimate.solution.rows, estimate.solution
-    row, part = 17, noisy[loaded].joints[joint]
+    solution = estimated(method, *noisy, heavy, LOOSE).solution
+    rows, row, part = solution.rows, 17, noisy[loaded].joints[joint]
     h = 1e-5 * float(np.sqrt(np.mean(part.V**2)))
 
-    def inverse(by: float) -> np.ndarray:
+    def moved(by: float) -> GainSolution:
         motions = list(noisy)
         motions[loaded] = changed(noisy[loaded], {joint: replace(part, V=part.V + by * (np.arange(120) == row))})
-        return estimated(method, *motions, heavy, LOOSE).solution.inverse
+        return estimated(method, *motions, heavy, LOOSE).solution
 
-    derivative = (inverse(h) - inverse(-h)) / (2.0 * h)
+    above, below = moved(h), moved(-h)
+    derivative, of_friction = ((getattr(above, x) - getattr(below, x)) / (2.0 * h) for x in ("inverse", "friction"))
     at = rows.of(joint).start + np.flatnonzero((rows.motion == loaded)[rows.of(joint)])[row]
     # Central differences of a smooth function: 1e-10 relative, rounding 1e-11 / 1e-5; the influence is of first order,
     # what it leaves out is of the size of the noise, 1e-5, times a condition number below 100.
     scale = np.abs(solution.influence).max(axis=1)
     np.testing.assert_allclose(derivative / scale, solution.influence[:, at] / scale, atol=1e-3)
     assert np.abs(solution.influence[joint, at]) > 0.0
+    for own in (np.arange(6) == joint, np.arange(6) != joint):  # in proportion to rounding of so small a part
+        friction = solution.friction_influence[own][..., at]
+        np.testing.assert_allclose(of_friction[own], friction, rtol=0, atol=0.03 * np.abs(friction).max())
 
 
 def test_deviations_follow_from_influence_and_residual_by_the_uncertainty_that_is_asked_for(method, noisy, heavy):

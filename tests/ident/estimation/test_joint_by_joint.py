@@ -153,25 +153,3 @@ def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(st
     sure, unsure = (sequential_gains(*motions, replace(light, mass_std=std), CLASSICAL).payload for std in (0.0, 0.07))
     for a, b in zip(sure, unsure, strict=True):
         np.testing.assert_allclose(b.std**2, a.std**2 + (0.07 / heavy.mass * a.value) ** 2, rtol=1e-9)
-
-
-def test_the_friction_of_a_later_joint_moves_with_the_moments_that_it_rests_on(structure, heavy, light, monkeypatch):
-    monkeypatch.setattr(
-        "ident.estimation.estimators.sequential_2011.row_weights",
-        lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
-    )
-    bare, loaded = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
-    estimate = sequential_gains(bare, loaded, light, TRUSTING)
-    first, second, *others = loaded.joints
-    row, h = 29, 1e-5 * float(np.sqrt(np.mean(second.V**2)))
-
-    def friction(by: float) -> np.ndarray:
-        moved = replace(second, V=second.V + by * (np.arange(120) == row))
-        motion = replace(loaded, joints=(first, moved, *others))
-        return sequential_gains(bare, motion, light, TRUSTING).solution.friction
-
-    derivative = (friction(h) - friction(-h)) / (2.0 * h)
-    solution = estimate.solution
-    at = solution.rows.of(1).start + 120 + row
-    # Of first order in the noise, 1e-5, and a central difference whose rounding is some 1e-4 of so small a part.
-    np.testing.assert_allclose(derivative[3:], solution.friction_influence[3:, :, at], rtol=0.03)

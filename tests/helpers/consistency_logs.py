@@ -9,8 +9,8 @@ from real_friction import Truth, real_logs
 
 from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.estimation.setting import Setting, setting
 from ident.identification import Identification, identify
@@ -62,8 +62,7 @@ def all_joints(problem: Problem) -> GainEstimate:
 
 
 def joint_by_joint(problem: Problem) -> GainEstimate:
-    chosen = ESTIMATORS["ls-2011"]
-    return chosen.estimate(problem, chosen.options())
+    return joint_by_joint_gains(problem)
 
 
 def with_current(log: Recording, joint: int, change: Callable[..., np.ndarray]) -> Recording:

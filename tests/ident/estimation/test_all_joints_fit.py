@@ -1,6 +1,6 @@
 """The search and its linearisation beside the whole problem, solved by scipy without reduction."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,18 +23,8 @@ def steady(monkeypatch):
     monkeypatch.setattr("ident.estimation.setting.sigma_of", lambda blocks, left, rank: sigma)
 
 
-@dataclass(frozen=True)
-class Whole:
-    """Logarithms, shared and own parameters that scipy finds, and the Jacobian of all residuals there."""
-
-    s: np.ndarray
-    x: np.ndarray
-    J: np.ndarray
-    residual: np.ndarray
-
-
-def whole(given: Case, sigma: np.ndarray, seed: int) -> Whole:
-    """All unknowns on all rows, beliefs and priors, by scipy's trust regions, from a random start."""
+def whole(given: Case, sigma: np.ndarray, seed: int) -> optimize.OptimizeResult:
+    """Logarithms, shared and own parameters by all rows, beliefs and priors, from a random start."""
     columns, model = given.ready.columns, given.model
     (r, p), f = given.ready.A.shape, model.F.shape[1]
     sign, joint, mean, std = np.sign(TRUE), columns.joint, model.mean[:, -1], given.term.std
@@ -55,10 +45,9 @@ def whole(given: Case, sigma: np.ndarray, seed: int) -> Whole:
 
     x0 = np.random.default_rng(seed).normal(size=N + p + N * f) * 0.3
     x0[:N] -= np.log(np.abs(TRUE))
-    best = optimize.least_squares(
+    return optimize.least_squares(
         lambda x: parts(x, False), x0, lambda x: parts(x, True), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14
     )
-    return Whole(best.x[:N], best.x, -parts(best.x, True), parts(best.x, False))
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 2))])
@@ -68,12 +57,12 @@ def test_the_search_ends_where_the_whole_problem_does(small, unsure, seed):
     best = whole(given, given.model.sigma, seed)
     p = len(found.theta)
     # scipy stops at relative changes of 1e-14 of the cost, whose root is 1e-7 of the unknowns.
-    np.testing.assert_allclose(np.log(np.abs(found.h)), best.s, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(np.log(np.abs(found.h)), best.x[:N], rtol=0, atol=1e-6)
     np.testing.assert_allclose(np.sign(found.h), np.sign(TRUE))
     np.testing.assert_allclose(found.theta, best.x[N : N + p], rtol=0, atol=1e-5 * np.abs(best.x).max())
     np.testing.assert_allclose(found.phi.ravel(), best.x[N + p :], rtol=0, atol=1e-5)
-    np.testing.assert_allclose(found.cost, best.residual @ best.residual, rtol=1e-9)
-    np.testing.assert_allclose(found.rows.weight * found.rows.residual, best.residual[:r], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(found.cost, best.fun @ best.fun, rtol=1e-9)
+    np.testing.assert_allclose(found.rows.weight * found.rows.residual, best.fun[:r], rtol=0, atol=1e-5)
 
 
 def test_unknowns_that_the_rows_do_not_determine_are_refused(small, unsure):
@@ -88,9 +77,9 @@ def test_unknowns_that_the_rows_do_not_determine_are_refused(small, unsure):
 def test_influence_and_what_unknowns_explain_are_those_of_the_whole_jacobian(small, unsure):
     given = case(small, unsure, 0.02)
     found, r = given.fit(), len(given.ready.columns.V)
-    best = whole(given, given.model.sigma, 0)
+    J = -whole(given, given.model.sigma, 0).jac
     p, f = len(found.theta), found.phi.shape[1]
-    unit = best.J / (norms := np.linalg.norm(best.J, axis=0))
+    unit = J / (norms := np.linalg.norm(J, axis=0))
     pseudo, H = np.linalg.pinv(unit, rcond=1e-10) / norms[:, None], unit @ np.linalg.pinv(unit, rcond=1e-10)
     # Both linearise at points that are 1e-6 apart.
     weight, own, logs, shared = found.rows.weight, slice(r, r + N), slice(r + N, r + 2 * N), [r + 2 * N]

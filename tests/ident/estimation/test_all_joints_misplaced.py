@@ -81,14 +81,15 @@ def test_the_tilt_of_the_base_is_found_about_either_axis(axes, monkeypatch):
     np.testing.assert_allclose(value @ across(axes.arm), [*TILT, 0.0], atol=1e-3)
 
 
-def swinging(arm: Arm, payload: Payload) -> Problem:
+def swinging(arm: Arm, payload: Payload, **observing: float) -> Problem:
     """A bare and a loaded motion of an arm along sines, without noise or friction."""
     structure, rng, t = structure_of(arm), np.random.default_rng(3), 0.004 * np.arange(2500)
     w, phase, chi = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N), rng.uniform(0.5, 2.0, 14 * N)
     q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
     W = regressor(arm, q, dq, ddq)
     load = W[:, :, structure.payload_columns] @ payload.known_part().chi
-    return problem_of(structure, [Recording(t, q, W @ chi + k * load, "log") for k in (0.0, 1.0)], (None, payload))
+    logs = [Recording(t, q, W @ chi + k * load, "log") for k in (0.0, 1.0)]
+    return problem_of(structure, logs, (None, payload), **observing)
 
 
 def test_an_arm_on_a_wall_has_two_tilts_about_the_axes_across_gravity(axes):
@@ -136,20 +137,23 @@ def test_a_zero_that_is_off_by_a_degree_where_a_joint_turns_is_by_a_millimetre_w
 
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 0.7])
-def test_a_joint_alone_shows_the_combinations_of_errors_that_no_other_masses_imitate(axes, rng, tilt_deg):
-    # A low cut-off makes the samples of torques sparse: errors of splines between them are above any rounding.
-    problem = problem_of(axes, logs_of(ZEROS), cutoff_hz=2.0)
+def test_a_joint_alone_shows_the_combinations_of_errors_that_no_other_masses_imitate(payload, rng, tilt_deg):
+    # Axes and gravity in general directions; a low cut-off makes the samples of torques sparse: errors of splines
+    # between them are above any rounding.
+    arm = arm_from_pinocchio(random_arm(np.random.default_rng(8), N, prismatic=0.0))
+    problem = swinging(replace(arm, gravity=np.array([3.3, -1.7, -9.1])), payload, cutoff_hz=2.0)
+    structure, kept = problem.structure, slice(N + 2 if tilt_deg else N)
     plain, wide = ready_of(problem), with_misplaced(ready_of(problem), zero_deg=2.3, tilt_deg=tilt_deg)
     found = wide.blocks.alone.rank - plain.blocks.alone.rank
     states = States(*rng.uniform(-2.0, 2.0, (3, 150, N)))  # any motion of the arm: bare, then with a payload
-    W = regressor(axes.arm, states.q, states.dq, states.ddq)
+    W = regressor(structure.arm, states.q, states.dq, states.ddq)
     chi = np.where(np.arange(W.shape[2]) % 14 < 10, rng.normal(size=W.shape[2]), 0.0)
     load = np.zeros_like(chi)
-    load[axes.payload_columns] = rng.normal(size=10)
-    kinematics, kept = Kinematics.of(axes.arm, states), slice(N + 2 if tilt_deg else N)
+    load[structure.payload_columns] = rng.normal(size=10)
+    kinematics = Kinematics.of(structure.arm, states)
     D = np.vstack([misplaced(Dynamics.of(kinematics, x))[..., kept] for x in (chi, chi + load)])
     for j in range(N):
-        base, own = W[:, j, axes.base.columns], W[:, j, axes.payload_columns]
+        base, own = W[:, j, structure.base.columns], W[:, j, structure.payload_columns]
         known = np.block([[base, np.zeros_like(own)], [base, own]])
         # dependent to rounding, some 1e-14; else from 1e-2 on
         ranks = [np.linalg.matrix_rank(each, rtol=1e-10) for each in (known, np.hstack((known, D[:, j])))]

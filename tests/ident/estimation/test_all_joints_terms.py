@@ -19,12 +19,12 @@ from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, load_terms, speed_te
 from ident.observation.full_rate import FullRate
 
 N = 3
-LIGHT = replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
+HEAVY, LIGHT = replace(BRICK, known="com"), replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
 
 
 @pytest.fixture(scope="module")
 def ready(axes) -> Setting:
-    payloads = (None, BRICK, LIGHT)
+    payloads = (None, HEAVY, LIGHT)
     return ready_of(problem_of(axes, logs_of(Truth(load_motor=(0.03, 0.05, 0.08)), 3, payloads), payloads))
 
 
@@ -50,10 +50,10 @@ def of_rows(ready: Setting, signals: list[np.ndarray], joint: int) -> np.ndarray
 
 
 def theta_of(ready: Setting, Ia: np.ndarray) -> np.ndarray:
-    """Shared parameters of the arm as Pinocchio has it, rotors of inertia Ia, and of the payload that is half known."""
+    """Shared parameters of the arm as Pinocchio has it, rotors of inertia Ia, and of payloads that are half known."""
     chi = np.column_stack((standard_parameters_of(three_axes()), Ia, np.zeros((N, 3))))
-    free = LIGHT.known_part().chi[ready.shared.free[1]]
-    return np.concatenate(((ready.problem.structure.base.regrouping @ chi.ravel())[ready.shared.arm], free))
+    free = (each.known_part().chi[at] for each, at in zip((HEAVY, LIGHT), ready.shared.free, strict=True))
+    return np.concatenate(((ready.problem.structure.base.regrouping @ chi.ravel())[ready.shared.arm], *free))
 
 
 def rotors(ready: Setting) -> np.ndarray:

@@ -10,7 +10,7 @@ from three_joints import TRUE, N, case
 
 from ident.estimation.all_joints import fit
 from ident.estimation.intervals import time_blocks
-from ident.estimation.rows import Columns, SharedParameters
+from ident.estimation.rows import Columns
 from ident.estimation.setting import Model, Term, setting
 
 
@@ -52,27 +52,6 @@ def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave_but_no_r
         np.testing.assert_allclose(given.model.sigma[j], left, rtol=1e-9)
         least = 1e-6 * np.sqrt(np.mean(exact.columns.V[exact.columns.joint == j] ** 2))
         np.testing.assert_allclose(exact.sigma[j], least, rtol=1e-12)
-
-
-def test_each_mounting_has_its_own_share_of_what_is_known_and_what_was_found(small, unsure, rng):
-    loaded = [unsure, *(replace(unsure, known="mass") for _ in range(2))]
-    chi = rng.uniform(0.5, 2.0, 14 * N)
-    motions = [(chi, None, None), *((chi, unsure, each) for each in loaded)]
-    problem = exact_problem(small, motions, TRUE, rng, rows=60)
-    shared = SharedParameters.of(problem)
-    a, count, theta = len(shared.arm), len(shared.free[1]), 1.0 + np.arange(shared.count)
-    assert shared.count == a + 2 * count
-    assert not shared.free[0].size
-    assert 9 not in shared.free[1]  # the mass is known
-    found = shared.payload_values(theta)
-    np.testing.assert_array_equal(found[0], unsure.known_part().chi)
-    np.testing.assert_array_equal(found[1:, 9], unsure.mass)
-    np.testing.assert_array_equal(np.concatenate([found[k, shared.free[k]] for k in (1, 2)]), theta[a:])
-    columns = Columns.of(problem.motions)
-    A, _ = shared.columns(columns)  # the columns of the one are zero where the other is
-    assert not A[columns.motion != 2, a : a + count].any()
-    assert not A[columns.motion != 3, a + count :].any()
-    assert A[columns.motion == 3, a + count :].any(axis=0).all()
 
 
 def test_each_row_is_that_of_its_joint_and_motion_with_the_payload_that_it_carries(small, unsure, rng):

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, PAYLOADS, all_joints, identified, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import LOOSE, all_joints, identified, joint_by_joint, logs_of, problem_of, with_current
 from estimates import gain_estimate
 from exact import GAIN as EXACT_GAIN
 from exact import exact_problem
 from known_logs import BRICK, mounted
 from pinocchio_arms import standard_parameters_of
-from real_friction import GAIN, Truth, real_logs, three_axes
+from real_friction import GAIN, Truth, three_axes
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.gain_checks import (
@@ -38,7 +38,6 @@ from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import standard_parameters
 from ident.preparation import SIMULATED
-from ident.recordings.recording import Recording
 from ident.support.errors import Contradiction
 
 
@@ -131,12 +130,8 @@ pytestmark = pytest.mark.usefixtures("_computed_once")
 SLOW = ObserveOptions(cutoff_hz=4.0, decimation_cutoff_hz=4.0, rows_per_second=8.0)
 
 
-def logs_with(encoder: float) -> list[Recording]:
-    return real_logs(Truth(), PAYLOADS, np.random.default_rng(5), encoder=encoder)
-
-
 def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_the_noise(axes):
-    logs = logs_with(2e-3)
+    logs = logs_of(Truth(), encoder=2e-3)
     biased = identified(axes, logs)
     (said,) = [each for each in biased.diagnoses if each.name == "encoder noise"]
     assert said.severity is Severity.WRONG
@@ -160,13 +155,13 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
 
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):
     monkeypatch.delattr("ident.diagnosis.gain_checks.instrumental_gains")
-    found = identified(axes, logs_with(1e-6))
+    found = identified(axes, logs_of(Truth(), encoder=1e-6))
     assert not any(each.name == "encoder noise" for each in found.diagnoses)
 
 
 @pytest.mark.parametrize("encoder", [1e-4, 1e-3])
 def test_the_share_of_noise_in_a_load_is_that_of_logs_without_it(axes, encoder):
-    noisy, quiet = (observe(logs_with(each)[1], axes, ObserveOptions()) for each in (encoder, 0.0))
+    noisy, quiet = (observe(logs_of(Truth(), encoder=each)[1], axes, ObserveOptions()) for each in (encoder, 0.0))
     q, still = quiet.recorded.q, np.zeros_like(quiet.recorded.q)
     chi = np.zeros(axes.base.regrouping.shape[1])
     chi[axes.payload_columns] = standard_parameters(BRICK.mass, BRICK.com, BRICK.inertia)
@@ -178,7 +173,7 @@ def test_the_share_of_noise_in_a_load_is_that_of_logs_without_it(axes, encoder):
 
 
 def test_only_what_is_known_of_a_payload_is_a_load(axes):
-    motion = observe(logs_with(1e-3)[1], axes, ObserveOptions())
+    motion = observe(logs_of(Truth(), encoder=1e-3)[1], axes, ObserveOptions())
     every, mass = (noise_in_load(ObservedMotion(motion, replace(BRICK, known=each))) for each in ("all", "mass"))
     assert (np.abs(mass / every - 1.0) > 0.02).any()
     np.testing.assert_array_equal(noise_in_load(ObservedMotion(motion, None)), np.zeros(3))

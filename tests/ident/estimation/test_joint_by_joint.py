@@ -76,7 +76,7 @@ def test_several_motions_and_payloads_give_exact_gains(structure, heavy, rng):
 def test_these_methods_need_a_bare_and_a_loaded_motion_and_motions_of_one_mounting_share_it(structure, heavy, rng):
     bare, loaded = exact_pair(structure, heavy, GAIN, rng, rows=20)
     without, mounted = (ObservedMotion(bare, None), ObservedMotion(loaded, None)), ObservedMotion(loaded, heavy)
-    for method in ("ls-2011", "sequential-2011"):
+    for method in ("ls-2011", "sequential-2011", "iv"):
         with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
             found(method, Problem(structure, without, TRUSTING))
         with pytest.raises(NotIdentifiable, match="no motion is bare"):

@@ -33,18 +33,6 @@ def fitted_to(problem: Problem) -> tuple[Setting, Fit]:
     return ready, fit(ready, {}, None)
 
 
-class Told:
-    """A fit of which gains and friction alone are known; coefficients by name and motion, each of shape (n,)."""
-
-    def __init__(self, h: np.ndarray, values: dict[tuple[str, int], np.ndarray]):
-        self.h, self.values = h, values
-        self.model = SimpleNamespace(names=tuple(values))
-        self.phi = np.column_stack(list(values.values()))
-
-    def common(self, name: str, otherwise: float) -> np.ndarray:
-        return self.values.get((name, -1), np.full(len(self.h), otherwise))
-
-
 @pytest.mark.parametrize(
     ("form", "wired"), [("", 1.0), ("load", -1.0), ("load-through", -1.0), ("load-motor", -1.0), ("load-motor", 1.0)]
 )
@@ -62,7 +50,11 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     for _ in range(60 if form == "load-motor" else 0):
         V = carried + 0.1 * (0.35 * np.abs(V) + 0.65 * np.abs(V + 0.2)) * turns  # 0.65 of the offset is no torque
     two = (np.column_stack((each, each[::-1])) for each in (V, dq))  # the second joint has other friction
-    found = without_friction(*two, Told(wired * np.array([0.7, 2.0]), own), 1)
+    told = SimpleNamespace(
+        h=wired * np.array([0.7, 2.0]), phi=np.column_stack(list(own.values())),
+        model=SimpleNamespace(names=tuple(own)), common=lambda name, other: own.get((name, -1), np.full(2, other)),
+    )  # fmt: skip
+    found = without_friction(*two, told, 1)
     np.testing.assert_allclose(found[:, 0], x, rtol=0, atol=1e-12)
     assert np.abs(found[::-1, 1] - x).min() > 0.0
 

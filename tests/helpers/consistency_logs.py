@@ -1,6 +1,6 @@
 """Recordings of three axes with known friction, observed as they are or with something wrong."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache, lru_cache
 
 import numpy as np
@@ -63,14 +63,6 @@ def all_joints(problem: Problem) -> GainEstimate:
 
 def joint_by_joint(problem: Problem) -> GainEstimate:
     return joint_by_joint_gains(problem)
-
-
-def with_current(log: Recording, joint: int, change: Callable[..., np.ndarray]) -> Recording:
-    """The log with another current of a joint, given time from 0 to 1, position and speed."""
-    v, time = log.v.copy(), (log.t - log.t[0]) / (log.t[-1] - log.t[0])
-    speed = np.convolve(np.gradient(log.q[:, joint], log.t), np.ones(9) / 9.0, "same")
-    v[:, joint] = change(v[:, joint], time, log.q[:, joint], speed)
-    return Recording(log.t, log.q, v, log.name)
 
 
 def changed(log: Recording, *, t=None, q=None, v=None) -> Recording:

@@ -45,20 +45,6 @@ def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: floa
     return model
 
 
-def scara() -> pin.Model:
-    """Two upright axes, a slide along gravity, an upright wrist: a slide's offset cannot be told from its weight."""
-    model = pin.Model()
-    model.name = "scara"
-    kinds = [pin.JointModelRZ(), pin.JointModelRZ(), pin.JointModelPZ(), pin.JointModelRZ()]
-    places = [(0.02, 0.0, 0.31), (0.325, 0.01, 0.04), (0.225, -0.02, -0.06), (0.0, 0.0, -0.11)]
-    for j, (kind, place, mass) in enumerate(zip(kinds, places, [9.1, 5.3, 2.2, 0.7], strict=True)):
-        index = model.addJoint(j, kind, pin.SE3(np.eye(3), np.array(place)), f"joint{j + 1}")
-        inertia = np.diag([1.3, 0.9, 1.7]) * mass * 0.01
-        body = pin.Inertia(mass, np.array([0.06, 0.02, -0.03]), inertia)
-        model.appendBodyToJoint(index, body, pin.SE3.Identity())
-    return model
-
-
 def with_payload(model: pin.Model, payload: Payload | None) -> pin.Model:
     """The arm with a payload on its last link."""
     heavy = model.copy()

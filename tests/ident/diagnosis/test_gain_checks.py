@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, all_joints, identified, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import LOOSE, all_joints, changed, identified, joint_by_joint, logs_of, problem_of
 from estimates import gain_estimate
 from exact import GAIN as EXACT_GAIN
 from exact import exact_problem
@@ -38,6 +38,7 @@ from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import standard_parameters
 from ident.preparation import SIMULATED
+from ident.recordings.recording import Recording
 from ident.support.errors import Contradiction
 
 
@@ -94,11 +95,11 @@ def lasting(axes) -> Problem:
     """Logs in which a drift of more than a second moves the current of joint 2."""
     rng = np.random.default_rng(6)
 
-    def drifting(v, t, q, dq):
-        noise = np.convolve(rng.normal(size=len(v) + 160), np.ones(160) / 160.0**0.5, "valid")[: len(v)]
-        return v + 0.04 * np.std(v) * noise
+    def drifting(log: Recording) -> Recording:
+        noise = np.convolve(rng.normal(size=len(log.t) + 160), np.ones(160) / 160.0**0.5, "valid")[: len(log.t)]
+        return changed(log, v=log.v + np.outer(0.04 * np.std(log.v[:, 1]) * noise, [0.0, 1.0, 0.0]))
 
-    return problem_of(axes, [with_current(log, 1, drifting) for log in logs_of(Truth())])
+    return problem_of(axes, [drifting(log) for log in logs_of(Truth())])
 
 
 def test_residuals_that_last_are_told_with_the_ratio_of_deviations_whatever_is_asked_for(lasting, sound_estimate):

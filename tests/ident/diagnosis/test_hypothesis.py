@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import LOOSE, PAYLOADS, logs_of
-from known_logs import arm_of, scara, ur_like
+from known_logs import arm_of, ur_like
 from real_friction import Truth
 
 from ident.diagnosis.hypothesis import (
@@ -98,8 +98,8 @@ T = 0.01 * np.arange(200)
 @pytest.fixture(scope="module")
 def slider():
     """Two hinges of -1 to 2 rad, a slide of 0 to 0.3 m, a hinge without limits."""
-    arm = arm_of(scara())
-    return replace(arm, lower=np.array([-1.0, -1.0, 0.0, -np.inf]), upper=np.array([2.0, 2.0, 0.3, np.inf]))
+    limits = {"lower": np.array([-1.0, -1.0, 0.0, -np.inf]), "upper": np.array([2.0, 2.0, 0.3, np.inf])}
+    return replace(arm_of(ur_like(count=4)), revolute=np.array([1.0, 1.0, 0.0, 1.0]), **limits)
 
 
 def moved(*ranges: tuple[float, float]) -> Recording:

@@ -7,6 +7,7 @@ import numpy as np
 from known_logs import BRICK, mounted
 from real_friction import Truth, real_logs
 
+from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
@@ -94,3 +95,9 @@ def identified(axes: Structure, logs: Sequence[Recording], **asked: object) -> I
     """What is found of a bare and a loaded log by the method for all joints, of plain friction unless it is asked."""
     given = {"options": PLAIN, "gains": LOOSE, "observing": ObserveOptions()} | asked
     return identify(axes, mounted(logs[0], logs[1], BRICK), **given)
+
+
+def named(diagnoses: Sequence[Diagnosis], name: str) -> Diagnosis:
+    """The diagnosis of a name."""
+    (found,) = [each for each in diagnoses if each.name == name]
+    return found

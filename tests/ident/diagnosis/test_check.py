@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from consistency_logs import changed, logs_of
-from diagnoses import named
+from consistency_logs import changed, logs_of, named
 from known_logs import BRICK
 from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, three_axes

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-from consistency_logs import LOOSE, changed, doubted, identified, logs_of
-from diagnoses import named
+from consistency_logs import LOOSE, changed, doubted, identified, logs_of, named
 from known_logs import BRICK, mounted
 from real_friction import Truth
 

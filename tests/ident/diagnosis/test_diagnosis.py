@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import all_joints, changed, doubted, joint_by_joint, late, logs_of
-from diagnoses import named
+from consistency_logs import all_joints, changed, doubted, joint_by_joint, late, logs_of, named
 from estimates import gain_estimate
 from known_logs import BRICK
 from once import computed_once

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import at
-from diagnoses import named
+from consistency_logs import at, named
 from known_logs import fourier
 
 from ident.diagnosis.diagnosis import Severity

@@ -5,8 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from consistency_logs import at, without
-from diagnoses import named
+from consistency_logs import at, named, without
 from scipy.interpolate import make_interp_spline
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity

@@ -1,7 +1,7 @@
 """An estimate as a model of the currents, and what it lacks, against independent refits."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -39,14 +39,6 @@ from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.payload.payload import standard_parameters
-
-
-@dataclass(frozen=True)
-class Rival:
-    """An error of a payload, of which only family and columns are asked."""
-
-    family: str
-    columns: tuple
 
 
 @pytest.fixture
@@ -361,7 +353,7 @@ def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_
 def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_together_explain_most():
     own = [SimpleNamespace(u=np.full(40, each) + np.linspace(-1.0, 1.0, 40)) for each in (0.3, 0.9)]  # z 3.2, 9.6
     kinds = {CENTRE: [2.0, 3.0], SHIFT: [5.0], INERTIA: [7.0]}
-    errors = [Rival(family=each, columns=(None, np.array([values]))) for each, values in kinds.items()]
+    errors = [direction((None, np.array([values])), family=each) for each, values in kinds.items()]
 
     def may_be(together, other=None):
         def each_added(directions):
@@ -414,6 +406,6 @@ def test_an_error_of_the_payload_to_first_order_is_no_rival_of_an_estimate_from_
     monkeypatch.setattr(estimate_evidence, "_may_be_of_payload", lambda base, other: asked.append(other))
     base = SimpleNamespace(problem=SimpleNamespace(payloads=(BRICK,)))
     for family in (CENTRE, INERTIA, "zero"):
-        lack = SimpleNamespace(best=SimpleNamespace(alternative=Rival(family=family, columns=())))
+        lack = SimpleNamespace(best=SimpleNamespace(alternative=SimpleNamespace(family=family)))
         assert _of_payload(base, None, None, lack, ()) is None
     assert asked == [None, None, lack]

@@ -49,6 +49,10 @@ def test_spoilt_samples_follow_the_columns_they_are_of(arm):
     np.testing.assert_array_equal(np.flatnonzero(read[:, 0]), np.arange(31, 47))  # by its current
     np.testing.assert_array_equal(np.flatnonzero(read[:, 1]), np.arange(31, 47))  # by its position
     np.testing.assert_array_equal(np.flatnonzero(read[:, 2]), [203])  # by both
+    mixing = np.zeros((3, 3))
+    mixing[2, 1] = -0.7  # of joint 2's position in that of joint 3
+    read = how(arm, q_mixing=mixing).read_mask(spoilt)
+    assert [np.count_nonzero(each) for each in read.T] == [16, 1, 1]
     assert how(arm).read_mask(None) is None
 
 

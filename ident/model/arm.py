@@ -340,7 +340,8 @@ def _joint(joint: ET.Element) -> ET.Element:
             continue
         if part.tag == "mimic":
             raise RobotModelError(
-                f"{title(joint)}: it mimics another joint; only arms with a drive on every joint are read; {NAME_IT}"
+                f"{title(joint)}: it mimics another joint; only arms with a drive on every joint are read; if it is a "
+                f"gripper's, the arm ends before it: --flange {_end(joint, 'parent')}, or flange in robot.toml"
             )
         if found.find(part.tag) is not None:
             raise RobotModelError(f"{where(part)}: {name} has a second {part.tag}")

@@ -91,9 +91,10 @@ def title(element: ET.Element) -> str:
 
 
 def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
-    """Refuse attributes that are nearly known ones, and wrong numbers, whose count is in `known`, 0 for a word."""
+    """Refuse attributes that are nearly missing ones, and wrong numbers, whose count is in `known`, 0 for a word."""
+    missing = known.keys() - element.attrib.keys()
     for attribute in element.attrib:
-        if attribute not in known and (close := nearest(attribute, known)):
+        if attribute not in known and (close := nearest(attribute, sorted(missing))):
             raise RobotModelError(f"{title(element)}: unknown attribute {shown(attribute)}{close}")
     for attribute, count in known.items():
         if count:

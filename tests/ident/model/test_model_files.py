@@ -116,6 +116,13 @@ def test_a_range_limits_a_joint_where_the_file_says_so(tmp_path):
         np.testing.assert_allclose(read(tmp_path, text).upper, upper, rtol=1e-15)  # rounding
 
 
+def test_an_attribute_is_taken_for_a_misspelt_one_only_if_that_is_missing(tmp_path):
+    found = read(tmp_path, urdf(swap=("effort=", 'command_effort="9" effort=')))
+    assert found.joint_names == JOINT_NAMES
+    swapped = urdf(swap=("upper=", "uper="))
+    refused(RobotModelError, "unknown attribute 'uper'; did you mean 'upper'", read, tmp_path, swapped)
+
+
 def test_a_coupling_of_joints_that_do_not_exist_or_in_the_other_order_is_refused():
     for one, other in ((5, 4), (2, 2), (3, 6), (-1, 2)):
         with pytest.raises(RobotModelError, match=f"joints {one + 1} and {other + 1}; expected two of its 6"):
@@ -231,7 +238,7 @@ FAULTS = [
     (menagerie(tail='<equality><tendon tendon1="t"/></equality>'), "wrist_link", "kind tendon"),
     (menagerie(), "wrist_lnk", "flange 'wrist_lnk': .*'wrist_link'"),
     (ros(), "tool", "flange 'tool': .*'tool0'"),
-    (ros(more=GRIPPER), None, "joint 'grip_r': it mimics.*as flange"),
+    (ros(more=GRIPPER), None, "joint 'grip_r': it mimics.*ends before it: --flange tool0,"),
     (ros(more=GRIPPER), "finger_r", "joint 'grip_r': it mimics"),
     (menagerie(), "base", "no moving joint"),
     (

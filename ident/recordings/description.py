@@ -147,6 +147,8 @@ class TextLayout:
         header: Line of the column names, from 1; 0 without a header, then columns are named 1, 2, ...
         rows: Line of the first row, from 1.
         encoding: Encoding, as named in Python.
+        series: Column that names the joint or signal of each row of a long table; a column `value` then is one of
+            `value[name]` for each name.
     """
 
     separator: Annotated[str | None, SEPARATOR] = None
@@ -154,6 +156,7 @@ class TextLayout:
     header: Annotated[int | None, LINE.or_word("none", 0)] = None
     rows: Annotated[int | None, LINE] = None
     encoding: Annotated[str | None, Key("an encoding of Python, such as utf-16-le or cp1252", _is_encoding)] = None
+    series: Annotated[str | None, Key("a text", _is_text)] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,14 +10,14 @@ import gzip
 import io
 import re
 from array import array
-from collections.abc import Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, merged, readable
+from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, listed, merged, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import shown
@@ -46,6 +46,10 @@ def open_csv(path: Path, description: LogDescription) -> Table:
         start = stated.rows - 1
         if start >= len(lines):
             raise RecordingError(f"has no line {stated.rows}")
+    time = description.t.columns[0] if len(description.t.columns) == 1 else "t"
+    if stated.series is not None:
+        rows = (_split(row, separator) for row in map(_plain, lines[start:]) if row)
+        (header, lines), separator, start = _unstacked(header, rows, time, stated.series), "\t", 0
     first = next((row for row in map(_plain, lines[start:]) if row), None)
     if first is None:
         raise RecordingError(NO_ROW)
@@ -53,7 +57,6 @@ def open_csv(path: Path, description: LogDescription) -> Table:
     quoted = len(cells) == len(header) and any(map(_QUOTED.fullmatch, cells))
     decimal = stated.decimal or ("," if quoted or (separator != "," and "," in first) else ".")
 
-    time = description.t.columns[0] if len(description.t.columns) == 1 else "t"
     clocks = [k for k, name in enumerate(header) if name == time]  # a scope has one for each channel
     names_once = [name for k, name in enumerate(header) if name != time or k == clocks[0]]
 
@@ -101,6 +104,23 @@ def open_csv(path: Path, description: LogDescription) -> Table:
 
     remarks = list[str]()
     return Table(names_once, load, notes=remarks)
+
+
+def _unstacked(header: list[str], rows: Iterable[list[str]], time: str, series: str) -> tuple[list[str], list[str]]:
+    """Return header and tab-separated lines, one for each time, of a table whose rows name their series."""
+    if lost := next((name for name in (time, series) if name not in header), None):
+        raise RecordingError(f"no column {shown(lost)}; found {listed(header)}")
+    at, by, wide = header.index(time), header.index(series), dict[str, dict[str, str]]()
+    for cells in rows:
+        if len(cells) != len(header):
+            raise RecordingError(f"a row has {len(cells)} cells, but the header names {len(header)}: {listed(cells)}")
+        row = wide.setdefault(cells[at], {time: cells[at]})
+        named = {f"{header[k]}[{cells[by]}]": cell for k, cell in enumerate(cells) if k not in (at, by)}
+        if named.keys() & row.keys():
+            raise RecordingError(f"two rows of {shown(cells[by])} have {time} = {cells[at]}")
+        row |= named
+    names = list(dict.fromkeys(name for row in wide.values() for name in row))
+    return names, ["\t".join(row.get(name, "") for name in names) for row in wide.values()]
 
 
 def _date(cell: str) -> float:

@@ -190,3 +190,41 @@ def test_what_is_no_text_or_no_gzip_is_named(tmp_path):
     for content, message in contents.items():
         path.write_bytes(content)
         unread(rf"^{re.escape(str(path))}: {message}", path)
+
+
+LONG = replace(
+    described(["t=ts[s]", "q=pos[{joint}][rad]", "v=cur[{joint}][A]"]), signal="current", joints=("a", "b", "c"),
+    text=TextLayout(series="who"),
+)  # fmt: skip
+
+
+def long_table(separator: str, decimal: str) -> str:
+    rows = [("who", "cur", "ts", "pos")]
+    for k, t in enumerate(T):
+        rows += [("c" if j == 2 else "ab"[j], f"{V[k, j]:.17g}", f"{t:.17g}", f"{Q[k, j]:.17g}") for j in (2, 0, 1)]
+    return "\n".join(separator.join(row).replace(".", decimal) for row in rows)
+
+
+def test_a_long_table_has_a_row_for_each_joint_and_time(tmp_path):
+    path = tmp_path / "log.csv"
+    for separator, decimal in ((",", "."), (";", ",")):
+        path.write_text(long_table(separator, decimal))
+        assert_same(read_recording(path, LONG))
+    names, signals = ["a", "b", "c"], ["at signal is"]
+    for k, j in np.ndindex(len(T), 3):
+        signals += [f"{T[k]:.17g} {names[j]}.{kind} {x[k, j]:.17g}" for kind, x in (("q", Q), ("v", V))]
+    path.write_text("\n".join(signals))
+    of_signals = described(["t=at[s]", "q=is[{joint}.q][rad]", "v=is[{joint}.v][A]"])
+    text = TextLayout(series="signal")
+    assert_same(read_recording(path, replace(of_signals, signal="current", joints=tuple(names), text=text)))
+
+
+def test_a_long_table_that_is_none_is_refused_with_the_row(tmp_path):
+    path, lines = tmp_path / "log.csv", long_table(",", ".").split("\n")
+    for wrong, said in (
+        (["who,cur,ts,pos", "a,1,0.5,2", "a,1,0.5,3"], "two rows of 'a' have ts = 0.5"),
+        ([*lines[:4], "a,1"], "a row has 2 cells, but the header names 4: a, 1"),
+        (["whose,cur,ts,pos", *lines[1:]], "no column 'who'; found whose, cur, ts, pos"),
+    ):
+        path.write_text("\n".join(wrong))
+        unread(said, path, LONG)

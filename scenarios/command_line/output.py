@@ -170,6 +170,13 @@ def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str]
     return claimed
 
 
+def may_write(
+    options: argparse.Namespace, path: Path | None, names: Iterable[str] = (), *, command: str
+) -> Claim | None:
+    """Check the right to write of an option that may be omitted."""
+    return None if path is None else right_to_write(options, path, names, command=command)
+
+
 def _reason(error: OSError) -> str:
     return error.strerror or one_line(error)
 

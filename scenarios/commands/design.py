@@ -246,7 +246,7 @@ def payload_arguments(parser: argparse.ArgumentParser) -> None:
 
 def payload_command(options: argparse.Namespace) -> Status:
     """Search for the best payload of each shape, report, write its file; status 1 if a joint is not identifiable."""
-    claim = None if options.out is None else output.right_to_write(options, options.out, command="rx90 payload")
+    claim = output.may_write(options, options.out, command="rx90 payload")
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.scenario import load_scenario, setup_of

@@ -54,11 +54,9 @@ def run_command(options: argparse.Namespace) -> Status:
     from scenarios.results.gains_file import gains_file
     from scenarios.results.run_folder import identify_command, run_files, save_run, simulated_problem
 
-    setup, saving, gains, more = setup_of(load_scenario(options.scenario)), None, None, ()
-    if options.save is not None:
-        saving = output.right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
-    if options.gains_out is not None:
-        gains = output.right_to_write(options, options.gains_out, command="rx90 run")
+    setup, more = setup_of(load_scenario(options.scenario)), ()
+    saving = output.may_write(options, options.save, run_files(setup), command="rx90 run --save")
+    gains = output.may_write(options, options.gains_out, command="rx90 run")
     with output.under_way(options, "preparing") as stages:
         result = run(setup, options.seed, stages=stages)
     if gains is not None:
@@ -87,9 +85,7 @@ def paper_command(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.paper import FILES, run_paper, write_paper
     from scenarios.rendering import write_report
 
-    claim = None
-    if options.out is not None:
-        claim = output.right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
+    claim = output.may_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
     with output.under_way(options, "preparing") as stages:
         run = run_paper(options.seed, stages=stages)
     found = run.result
@@ -129,9 +125,9 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
 def identify_command(options: argparse.Namespace) -> Status:
     """Identify gains, or their ratios from bare recordings alone; status 1 if other gains predict a motion as well."""
     import time
+    from dataclasses import replace
 
     from ident.estimation.estimators import ESTIMATORS
-    from ident.estimation.estimators.nls import AllJointsOptions
     from ident.estimation.known_gains import check_comparable, estimated_gains
     from ident.estimation.problem import GainOptions
     from ident.identification import identify
@@ -148,48 +144,34 @@ def identify_command(options: argparse.Namespace) -> Status:
     from scenarios.results.problem_folder import GivenProblem
     from scenarios.results.record import save_result, saved_files
 
-    mounted, claim, saving = inputs.mountings(options.given), None, None
+    mounted = inputs.mountings(options.given)
     bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
-    if options.gains_out is not None:
-        claim = output.right_to_write(options, options.gains_out, command="rx90 identify")
-    if options.save is not None:
-        names = saved_files(sum(len(each.recordings) for each in mounted))
-        saving = output.right_to_write(options, options.save, names, command="rx90 identify --save")
+    claim = output.may_write(options, options.gains_out, command="rx90 identify")
+    names = saved_files(sum(len(each.recordings) for each in mounted))
+    saving = output.may_write(options, options.save, names, command="rx90 identify --save")
     with output.under_way(options, "reading"):
         robot = inputs.robot_of(options, options.model)
         arm = robot.structure.arm
         description = inputs.log_description(options, arm.joint_names)
         motions, log = inputs.read_motions(mounted, description), inputs.unseen_motion(options, description)
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
-    observing, limits = inputs.chosen(ObserveOptions, options), inputs.chosen(GainOptions, options)
-    policy = inputs.policy_of(options)
-    given = options.gains if bare else options.compare_with
+    given, policy = options.gains if bare else options.compare_with, inputs.policy_of(options)
     known = None if given is None else inputs.known_gains(given, arm)
+    problem = GivenProblem(
+        model=robot.model,
+        flange=robot.flange,
+        arm=arm,
+        motions=motions,
+        observing=inputs.chosen(ObserveOptions, options),
+        gains=inputs.chosen(GainOptions, options),
+        method=options.method,
+        options=own,
+    )
     fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
-
-    def origin(observing: ObserveOptions) -> GivenProblem:
-        return GivenProblem(
-            model=robot.model,
-            flange=robot.flange,
-            arm=arm,
-            motions=motions,
-            observing=observing,
-            gains=limits,
-            method=options.method,
-            options=own,
-        )
-
     with output.under_way(options, "identifying"):
         if bare:
-            result, observing = bare_result(
-                motions,
-                robot,
-                observing=observing,
-                gains=limits,
-                options=options_from_words(AllJointsOptions, options.option),
-                known=known,
-                policy=policy,
-            )
+            result, observing = bare_result(problem, robot, known, policy)
+            problem = replace(problem, observing=observing)
         else:
             kind, title = "identification", f"Drive gains of {arm.name} by {options.method}"
             started = time.perf_counter()
@@ -198,12 +180,12 @@ def identify_command(options: argparse.Namespace) -> Status:
                 motions,
                 method=options.method,
                 options=own,
-                observing=observing,
-                gains=limits,
+                observing=problem.observing,
+                gains=problem.gains,
                 policy=policy,
                 links=model_links(robot.model, robot.flange),
             )
-            identify_s, observing = time.perf_counter() - started, found.observing
+            identify_s, problem = time.perf_counter() - started, replace(problem, observing=found.observing)
             assert found.prepared is not None, "an identification has what it was found from"
             if known is not None:
                 check_comparable(estimated_gains(found.estimate), known)
@@ -212,23 +194,17 @@ def identify_command(options: argparse.Namespace) -> Status:
             result, passed = Result.of_identification(found, identify_s, cost, unseen), unseen is None or unseen.passed
             fit = None if saving is None else fit_of(found.prepared, found.estimate)
             if claim is not None:
-                _write_gains(gains_file(found.estimate, origin(observing)), claim)
+                _write_gains(gains_file(found.estimate, problem), claim)
             for words in (*(each.sentence for each in found.found.reported), *found.notes):
                 if output.form(options) == "json":
                     complain(words)
+    more = [] if saving is None else [Paragraph(f"Saved in {saving.place}; as a page: rx90 report {saving.place}")]
     if saving is not None:
         with saving.writing():
+            command, gains = options.command_line, options.gains
             save_result(
-                saving.folder,
-                result,
-                origin(observing),
-                kind=kind,
-                title=title,
-                command=options.command_line,
-                believed=options.gains,
-                fit=fit,
+                saving.folder, result, problem, kind=kind, title=title, command=command, believed=gains, fit=fit
             )
-    more = [] if saving is None else [Paragraph(f"Saved in {saving.place}; as a page: rx90 report {saving.place}")]
     return output.show(result.report(title, *more, *_written(claim)), options, passed=passed)
 
 

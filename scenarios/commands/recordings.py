@@ -132,11 +132,10 @@ def check_command(options: argparse.Namespace) -> Status:
     from scenarios.results.problem_folder import GivenProblem
     from scenarios.results.record import save_result, saved_files
 
-    paths, limits, saving = (*options.log, *options.loaded), GainOptions(), None
+    paths, limits = (*options.log, *options.loaded), GainOptions()
     if options.loaded and options.payload is None:
         raise ScenarioError("--loaded: no payload is given; describe what was mounted, --payload P.toml")
-    if options.save is not None:
-        saving = output.right_to_write(options, options.save, saved_files(len(paths)), command="rx90 check --save")
+    saving = output.may_write(options, options.save, saved_files(len(paths)), command="rx90 check --save")
     with output.under_way(options, "checking"):
         robot = inputs.robot_of(options, options.robot)
         arm = robot.structure.arm

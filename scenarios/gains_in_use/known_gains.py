@@ -35,6 +35,7 @@ from scenarios.rendering.result import ResultModel
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, Links
 from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.gains_file import GainsFile, recording_digest
+from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
@@ -111,21 +112,16 @@ def _of_constant_gains(motion: Motion, gains: KnownGains) -> Motion:
 
 
 def bare_result(
-    motions: Sequence[Motion],
-    robot: NamedRobot,
-    *,
-    observing: ObserveOptions,
-    gains: GainOptions,
-    options: AllJointsOptions,
-    known: KnownGains | None,
-    policy: Policy,
+    given: GivenProblem, robot: NamedRobot, known: KnownGains | None, policy: Policy
 ) -> tuple[BareResult, ObserveOptions]:
-    """Return the results of motions with a bare flange, and the filters with the compensated delay.
+    """Return the results of motions with a bare flange by `nls`, and the filters with the compensated delay.
 
     With `known` gains, parameters are also in SI. Raises `IdentificationError` if the recordings are not of this arm,
     differ in the scale of currents, or determine no ratio; if the gains are not of this arm.
     """
-    prepared = prepare(motions, robot.structure, observing=observing, gains=gains, policy=policy)
+    options = given.options
+    assert isinstance(options, AllJointsOptions), "of the only method for bare motions"
+    prepared = prepare(given.motions, robot.structure, observing=given.observing, gains=given.gains, policy=policy)
     diagnosed = doubts(prepared).found
     raise_for(diagnosed.diagnoses)
     found = gain_ratios(prepared.problem, options, known)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from ident.support.naming import enumerated
 from scenarios.rendering.plot import Plot
@@ -155,12 +155,8 @@ def cells(*texts: str | Cell) -> tuple[Cell, ...]:
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnOf(Generic[Item]):
-    """A column and its value for an item; a count is written unchanged, None as a dash."""
-
-    column: Column
-    cell: Callable[[Item], str | int | Cell | None]
+ColumnOf = tuple[Column, Callable[[Item], str | int | Cell | None]]
+"""A column and its value for an item; a count is written unchanged, None as a dash."""
 
 
 def column(
@@ -168,7 +164,7 @@ def column(
 ) -> ColumnOf[Item]:
     """Return a column of numbers or words; the title may end with a unit in brackets."""
     name, _, unit = title.rpartition(" [") if title.endswith("]") else (title, "", "")
-    return ColumnOf(Column(title=name, unit=unit.removesuffix("]"), words=words, file_only=file_only), cell)
+    return Column(title=name, unit=unit.removesuffix("]"), words=words, file_only=file_only), cell
 
 
 def table(
@@ -184,8 +180,8 @@ def table(
     def written(value: str | int | Cell | None) -> str | Cell:
         return value if isinstance(value, Cell | str) else NONE if value is None else str(value)
 
-    rows = tuple(cells(*(written(each.cell(item)) for each in columns)) for item in items)
-    heads = tuple(each.column for each in columns)
+    rows = tuple(cells(*(written(cell(item)) for _, cell in columns)) for item in items)
+    heads = tuple(head for head, _ in columns)
     return Table(title=title, columns=heads, rows=rows, shown=shown, rest=rest, file_only=file_only)
 
 

@@ -1,6 +1,7 @@
 """The result of a run or an identification: gains, their intervals, verdicts and reasons for refusals."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -17,14 +18,12 @@ from ident.unseen import Unseen
 from scenarios.experiments.verdict import GainVerdict
 from scenarios.rendering.content import (
     Cell,
-    Column,
     ColumnOf,
     Heading,
     Mood,
     Paragraph,
     Part,
     Table,
-    cells,
     column,
     in_unit,
     joints_named,
@@ -79,19 +78,18 @@ class ResultGain(GainVerdict):
     curve: GainCurve | None = Field(None, description="Gain over current, by laws that correct it; null if constant")
 
     @classmethod
-    def of(cls, joint: int, estimate: GainEstimate, unit: str) -> "ResultGain":
-        """Return the result of a joint, from 1, whose true gain is unknown."""
-        found = estimate.joints[joint - 1]
+    def of(cls, j: int, estimate: GainEstimate, *, revolute: bool) -> "ResultGain":
+        """Return the result of a joint, from 0, whose true gain is unknown."""
+        found = estimate.joints[j]
         known = {name: getattr(found, name, None) for name in ("reason", "std", *SHARES, "predicted_rel_std", "curve")}
         return cls(
-            joint=joint,
+            joint=j + 1,
             name=found.joint,
-            unit=unit,
+            unit="N m/unit" if revolute else "N/unit",
             estimate=getattr(found, "value", None),
             identifiable=isinstance(found, IdentifiedGain),
-            residual_share=estimate.residual_share(joint - 1),
-            **known,
-            **dict.fromkeys(JUDGED),
+            residual_share=estimate.residual_share(j),
+            **known | dict.fromkeys(JUDGED),
         )
 
     def rel(self, name: str) -> float | None:
@@ -150,27 +148,20 @@ class Result(DiagnosedResult):
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
         """Return the result of a run, with true values."""
-        result, cost = cls.of_identification(run.identification, run.identify_s), run.cost
-        bodies = run.setup.true_payloads.values()
-        true = dict[str, float]()  # with several payloads, a name is ambiguous
-        for body in bodies if len(bodies) == 1 else ():
+        result, cost, scenario = cls.of_identification(run.identification, run.identify_s), run.cost, run.setup.scenario
+        for gain, judged in zip(result.gains, run.verdict.gains, strict=True):
+            for name in (*JUDGED, "reason"):
+                setattr(gain, name, getattr(judged, name))
+        for body in bodies.values() if len(bodies := run.setup.true_payloads) == 1 else ():  # else names are ambiguous
             numbers = standard_parameters(body.mass, body.com, body.inertia).tolist()
             true = dict(zip(map(str, INERTIAL), numbers, strict=True))
-        judged = zip(result.gains, run.verdict.gains, strict=True)
-        known = {
-            "scenario": run.setup.scenario.name,
-            "seed": run.seed,
-            "passed": run.passed,
-            "gains": [
-                gain.model_copy(update={name: getattr(verdict, name) for name in (*JUDGED, "reason")})
-                for gain, verdict in judged
-            ],
-            "payload": [each.model_copy(update={"true": true.get(each.parameter)}) for each in result.payload],
-            "timing": ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
-            "sources": sources_simulated(run.setup.scenario.table.sources),
-            "cost": None if cost is None else ResultCost.of(cost.assumed, run.estimate.joints, cost),
-        }
-        return result.model_copy(update=known)
+            for each in result.payload:
+                each.true = true[each.parameter]
+        result.scenario, result.seed, result.passed = scenario.name, run.seed, run.passed
+        result.timing.simulate_s = run.simulate_s
+        result.sources = sources_simulated(scenario.table.sources)
+        result.cost = None if cost is None else ResultCost.of(cost.assumed, run.estimate.joints, cost)
+        return result
 
     @classmethod
     def of_identification(
@@ -191,7 +182,7 @@ class Result(DiagnosedResult):
             scenario=None,
             seed=None,
             passed=None,
-            gains=[ResultGain.of(j, estimate, unit) for j, unit in enumerate(gain_units(revolute), 1)],
+            gains=[ResultGain.of(j, estimate, revolute=turns) for j, turns in enumerate(revolute)],
             payload=list(map(ResultParameter.model_validate, estimate.payload)),
             fit=ResultFit.model_validate(estimate),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
@@ -315,23 +306,19 @@ class Result(DiagnosedResult):
         def share(title: str, name: str, *, file_only: bool = False) -> ColumnOf[ResultGain]:
             return column(f"{title} [%]", lambda gain: two_sigma(gain.rel(name)), file_only=file_only)
 
-        name: ColumnOf[ResultGain] = column("Name", lambda gain: gain.name or "", words=True)
-        error: ColumnOf[ResultGain] = column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f"))
-        allowed: ColumnOf[ResultGain] = column(
-            "Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=alike
-        )
-        residual: ColumnOf[ResultGain] = column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f"))
-        return table(
-            self.gains,
-            column("Joint", lambda gain: gain.joint),
-            value("Injected", "true") if judged else name,
-            value("Identified" if judged else "Gain", "estimate"),
-            share("2 sigma", "std"),
-            *([error] if judged else []),
-            *(share(f"From {words}", name, file_only=True) for name, words in SHARES.items()),
-            allowed if judged else residual,
-            column("Verdict", verdict, words=True),
-        )
+        columns: list[ColumnOf[ResultGain]] = [column("Joint", lambda gain: gain.joint)]
+        if judged:
+            columns += [value("Injected", "true"), value("Identified", "estimate"), share("2 sigma", "std")]
+            columns += [column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f"))]
+        else:
+            columns.append(column("Name", lambda gain: gain.name or "", words=True))
+            columns += [value("Gain", "estimate"), share("2 sigma", "std")]
+        columns += [share(f"From {words}", name, file_only=True) for name, words in SHARES.items()]
+        if judged:
+            columns += [column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=alike)]
+        else:
+            columns += [column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f"))]
+        return table(self.gains, *columns, column("Verdict", verdict, words=True))
 
     def _interval_plot(self) -> Plot:
         """Return the plot of errors with tolerances; without true gains, of gains relative to assumed ones if any."""
@@ -348,23 +335,12 @@ class Result(DiagnosedResult):
                 allowed[gain.joint] = 0.0, -limit, limit
         bar = "plus and minus two standard deviations, all contributions included."
         if self.judged:
-            return intervals_plot(
-                "Error of each gain, with its interval",
-                f"First: identified minus injected gain, {bar} A 95 % interval should contain zero in 19 of 20 cases. "
-                "Second: tolerance.",
-                "Error [%]",
-                joints,
-                {"Error, 2 sigma": ends, "Tolerance": allowed},
-            )
+            title, series = "Error of each gain, with its interval", {"Error, 2 sigma": ends, "Tolerance": allowed}
+            caption = f"First: identified minus injected gain, {bar} A 95 % interval should contain zero in 19 of 20 "
+            return intervals_plot(title, f"{caption}cases. Second: tolerance.", "Error [%]", joints, series)
         of = "the assumed gain" if stated else "the gain"
-        return intervals_plot(
-            f"Interval of each gain, relative to {of}",
-            f"Bar: {bar} Refused joints have no number.",
-            f"Gain [% from {of}]",
-            joints,
-            {"Gain, 2 sigma": ends},
-            zero=True,
-        )
+        title, y, series = f"Interval of each gain, relative to {of}", f"Gain [% from {of}]", {"Gain, 2 sigma": ends}
+        return intervals_plot(title, f"Bar: {bar} Refused joints have no number.", y, joints, series, zero=True)
 
 
 def sources_simulated(sources: "Mapping[str, SourceTable]") -> str | None:
@@ -378,11 +354,6 @@ def _named(gains: Sequence[ResultGain]) -> str:
     return joints_named([gain.joint for gain in gains])
 
 
-def gain_units(revolute: Sequence[bool]) -> list[str]:
-    """Return the unit of each joint's gain."""
-    return ["N m/unit" if each else "N/unit" for each in revolute]
-
-
 def common_unit(units: Sequence[str]) -> str:
     """Return the unit of a column of gains."""
     return units[0] if len(set(units)) == 1 else "N (m)/unit"
@@ -390,15 +361,15 @@ def common_unit(units: Sequence[str]) -> str:
 
 def quantity_table(rows: Iterable[tuple[str, str, float | None, *tuple[float | None, ...]]]) -> Table:
     """Return a payload's table: name, unit, value, uncertainty, which rounds the row, contributions to this."""
-    shown: list[tuple[Cell, ...]] = []
+    shown: list[tuple[str, ...]] = []
     for name, own, *stated in rows:
         unit, numbers = in_unit(own, *stated)
         value, spread, *shares = (rounded(each, numbers[1]) for each in numbers)
-        shown.append(cells(name, value, spread, unit, *shares))
+        shown.append((name, value, spread, unit, *shares))
     titles = ("Payload", "Estimate", "2 sigma", "Unit", "From residual", "From gains", "From model")
     count = max(map(len, shown), default=4)
-    heads = (Column(title=title, words=k in (0, 3), file_only=k > 3) for k, title in enumerate(titles[:count]))
-    return Table(columns=tuple(heads), rows=tuple(shown))
+    heads = (column(titles[k], itemgetter(k), words=k in (0, 3), file_only=k > 3) for k in range(count))
+    return table(shown, *heads)
 
 
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:

@@ -202,7 +202,8 @@ def measured(tree: Path, folder: Path) -> dict[str, float]:
 
 def page(base: str, rounds: Sequence[tuple[Mapping[str, float], Mapping[str, float]]]) -> object:
     """The report of rounds, each of this tree and of the base: what became slower, then every figure."""
-    from scenarios.rendering.content import Cell, Mood, Paragraph, Report, column, many, table
+    from scenarios.rendering.content import Cell, Mood, Paragraph, Report, column, table
+    from scenarios.rendering.wording import many
 
     ratios = {name: [here[name] / there[name] for here, there in rounds if name in here and name in there]
               for name in rounds[0][0]}  # fmt: skip

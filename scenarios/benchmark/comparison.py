@@ -17,21 +17,10 @@ from pydantic import Field
 from ident.diagnosis.diagnosis import two_digits
 from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import Coverage, coverage, error_statistics, root_mean_square
-from scenarios.rendering.content import (
-    Cell,
-    Heading,
-    Mood,
-    Paragraph,
-    Part,
-    Report,
-    column,
-    many,
-    number,
-    percent,
-    table,
-)
+from scenarios.rendering.content import Cell, Heading, Mood, Paragraph, Part, Report, column, table
 from scenarios.rendering.plot import SERIES, Plot, draw_bars, intervals_plot
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import many, number, percent
 from scenarios.results.record import read_result, repeated
 from scenarios.results.studies import NORMAL, in_percent
 

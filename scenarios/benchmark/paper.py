@@ -34,8 +34,9 @@ from scenarios.benchmark.methods import AnswerGain
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import body_of
-from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, Table, column, sentence, table
+from scenarios.rendering.content import Heading, Mood, Paragraph, Part, Report, Table, column, table
 from scenarios.rendering.result import ResultModel, to_json
+from scenarios.rendering.wording import NONE, sentence
 from scenarios.results.fit import TORQUES, torque_plot
 from scenarios.results.record import digests_of, read_result, repeated
 from scenarios.support.errors import ScenarioError

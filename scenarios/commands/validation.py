@@ -149,7 +149,7 @@ def torque_command(options: argparse.Namespace) -> Status:
     from ident.estimation.known_gains import joint_torque
     from ident.recordings.files import read_log
     from scenarios.gains_in_use.known_gains import Torques, check_currents
-    from scenarios.rendering.content import joints_named
+    from scenarios.rendering.wording import joints_named
     from scenarios.results.gains_file import read_gains, write_torque
 
     file = read_gains(options.gains)

@@ -21,8 +21,9 @@ from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, 
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import body_of, mountings
 from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried
-from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, column, percent, table
+from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import NONE, percent
 from scenarios.support.errors import ScenarioError
 from sim.shapes import Flange, Solid, flange_of
 

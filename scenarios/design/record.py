@@ -16,8 +16,9 @@ from ident.observation.observation import REGRESSOR_RATE
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import BARE, TURNS, in_turns
-from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table
+from scenarios.rendering.content import Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import NONE
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 from scenarios.support.errors import ScenarioError

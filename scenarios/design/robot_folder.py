@@ -13,8 +13,9 @@ from scenarios.design.excitation import Design, finite, near_words
 from scenarios.design.new_robot import CLEAR, MOTION, ROBOT, SCENARIO, SHOWN, TURNED, NewRobot
 from scenarios.design.search import Found, Series, best_fitted
 from scenarios.experiments.motions import write_motion
-from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
+from scenarios.rendering.content import Line, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import NONE, joints_named, percent
 from sim.errors import NO_POSITION, PlantError, TrajectoryError
 from sim.shapes import CLEARANCE
 from sim.trajectory import FourierTrajectory

@@ -9,19 +9,9 @@ from pydantic import Field
 import ident.estimation.gain_comparison as gain_comparison
 from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.gain_comparison import Moved, Together
-from scenarios.rendering.content import (
-    Cell,
-    Mood,
-    Paragraph,
-    Part,
-    column,
-    joints_named,
-    percent,
-    sentence,
-    table,
-    two_sigma,
-)
+from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.wording import joints_named, percent, sentence, two_sigma
 from scenarios.results.gains import common_unit
 from scenarios.results.gains_file import GainsFile
 

@@ -30,8 +30,9 @@ from ident.support.errors import IdentificationError, OptionError, RobotModelErr
 from ident.support.naming import one_line
 from ident.support.options import options_from_table
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
-from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
+from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import plus_minus, rounded, sentence, two_sigma
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, Links
 from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.gains_file import GainsFile, recording_digest

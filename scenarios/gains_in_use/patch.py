@@ -32,8 +32,9 @@ from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains import check_unseen, options_of
 from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
 from scenarios.gains_in_use.weighing import UNSEEN
-from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, sentence, table, two_sigma
+from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.wording import sentence, two_sigma
 from scenarios.results.bare import FAR, BareParameter, BareResult, Link
 from scenarios.results.diagnoses import TOLD, unseen_parts, unseen_verdict
 from scenarios.results.gains_file import GainEntry, GainsFile

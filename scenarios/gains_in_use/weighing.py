@@ -11,20 +11,9 @@ from ident.estimation.known_gains import OTHER_UNIT
 from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError, Departure, Weighed
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
-from scenarios.rendering.content import (
-    Cell,
-    Mood,
-    Paragraph,
-    Part,
-    column,
-    number,
-    percent,
-    plus_minus,
-    sentence,
-    table,
-    two_sigma,
-)
+from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
+from scenarios.rendering.wording import number, percent, plus_minus, sentence, two_sigma
 from scenarios.results.diagnoses import (
     DiagnosedResult,
     diagnosed_values,

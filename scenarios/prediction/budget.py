@@ -16,9 +16,10 @@ from scenarios.experiments.draws import applied, numbers_needed, settings_from, 
 from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
 from scenarios.experiments.schema import TURNS, DrawTable, Scenario, ScenarioTable, in_turns
 from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
-from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells, percent
+from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells
 from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.wording import percent
 from scenarios.results.diagnoses import diagnosed_values, horizon_paragraphs
 from scenarios.results.gains import budget_verdict
 from scenarios.support.errors import ScenarioError

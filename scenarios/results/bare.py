@@ -16,21 +16,9 @@ from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
-from scenarios.rendering.content import (
-    ColumnOf,
-    Mood,
-    Paragraph,
-    Part,
-    column,
-    joints_named,
-    number,
-    percent,
-    rounded,
-    sentence,
-    table,
-    two_sigma,
-)
+from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, ResultModel
+from scenarios.rendering.wording import joints_named, number, percent, rounded, sentence, two_sigma
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_fold
 from sim.tables import InertiaTable
 

@@ -12,8 +12,9 @@ from ident.diagnosis.diagnosis import Severity, two_digits
 from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
-from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, number, percent, table
+from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import many, number, percent
 from scenarios.results.diagnoses import (
     MOODS,
     DiagnosedResult,

@@ -11,21 +11,10 @@ from ident.estimation.estimate import IdentifiedGain, JointResult
 from ident.parameters.payload import UNITS
 from ident.parameters.weighing import GainsOutcome
 from scenarios.experiments.verdict import ArmError
-from scenarios.rendering.content import (
-    ColumnOf,
-    Paragraph,
-    Part,
-    column,
-    in_unit,
-    number,
-    percent,
-    rounded,
-    table,
-    two_sigma,
-    verdict,
-)
+from scenarios.rendering.content import ColumnOf, Paragraph, Part, column, table, verdict
 from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import in_unit, number, percent, rounded, two_sigma
 
 if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import CostVerdict

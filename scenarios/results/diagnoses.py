@@ -10,21 +10,9 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity, two_digits
 from ident.unseen import Unseen, UnseenJoint
-from scenarios.rendering.content import (
-    Cell,
-    ColumnOf,
-    Heading,
-    Mood,
-    Paragraph,
-    Part,
-    column,
-    many,
-    number,
-    percent,
-    table,
-    verdict,
-)
+from scenarios.rendering.content import Cell, ColumnOf, Heading, Mood, Paragraph, Part, column, table, verdict
 from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.wording import many, number, percent
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}

@@ -16,27 +16,10 @@ from ident.parameters.weighing import GainsOutcome
 from ident.payload.payload import standard_parameters
 from ident.unseen import Unseen
 from scenarios.experiments.verdict import GainVerdict
-from scenarios.rendering.content import (
-    Cell,
-    ColumnOf,
-    Heading,
-    Mood,
-    Paragraph,
-    Part,
-    Table,
-    column,
-    in_unit,
-    joints_named,
-    many,
-    percent,
-    rounded,
-    sentence,
-    table,
-    two_sigma,
-    verdict,
-)
+from scenarios.rendering.content import Cell, ColumnOf, Heading, Mood, Paragraph, Part, Table, column, table, verdict
 from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
+from scenarios.rendering.wording import in_unit, joints_named, many, percent, rounded, sentence, two_sigma
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
     MOODS,

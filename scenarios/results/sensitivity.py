@@ -14,9 +14,10 @@ from ident.support.arrays import Array, Indices
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL
 from scenarios.experiments.study_folder import StudyFolder, read_study
-from scenarios.rendering.content import Heading, Paragraph, Part, Report, column, percent, table
+from scenarios.rendering.content import Heading, Paragraph, Part, Report, column, table
 from scenarios.rendering.plot import COLOURS, LIMIT, Plot
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import percent
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
 from scenarios.support.errors import ScenarioError

@@ -26,23 +26,10 @@ from scenarios.experiments.statistics import (
 from scenarios.experiments.study import StudyRows, study_rows_of, sweep
 from scenarios.experiments.study_folder import read_study
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.content import (
-    Cell,
-    Heading,
-    Line,
-    Mood,
-    Paragraph,
-    Part,
-    Report,
-    column,
-    joints_named,
-    many,
-    percent,
-    table,
-    verdict,
-)
+from scenarios.rendering.content import Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table, verdict
 from scenarios.rendering.plot import LIMIT, Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import joints_named, many, percent
 from scenarios.results.record import repeated
 from scenarios.support.errors import ScenarioError
 

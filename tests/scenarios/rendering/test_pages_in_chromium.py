@@ -7,7 +7,7 @@ import page_folders
 import pytest
 
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.content import rounded
+from scenarios.rendering.wording import rounded
 from scenarios.results.pages import kind_of, page_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

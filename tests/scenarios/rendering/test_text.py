@@ -17,13 +17,9 @@ from scenarios.rendering.content import (
     Table,
     cells,
     column,
-    in_unit,
-    percent,
-    plus_minus,
-    rounded,
     table,
-    two_sigma,
 )
+from scenarios.rendering.wording import in_unit, percent, plus_minus, rounded, two_sigma
 from scenarios.support.texts import continued
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))

@@ -15,8 +15,9 @@ from ident.preparation import SIMULATED, prepare
 from ident.recordings.files import read_recording
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
-from scenarios.rendering.content import Line, Mood, Paragraph, Picture, Report, Table, joints_named
+from scenarios.rendering.content import Line, Mood, Paragraph, Picture, Report, Table
 from scenarios.rendering.plot import Plot
+from scenarios.rendering.wording import joints_named
 from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit import begins, fit_of, fit_rows, read_fit
 from scenarios.results.gains import Result

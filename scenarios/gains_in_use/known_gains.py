@@ -34,7 +34,6 @@ from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import plus_minus, rounded, sentence, two_sigma
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, Links
-from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.gains_file import GainsFile, recording_digest
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
@@ -156,7 +155,7 @@ def bare_result(
         consistent=None if isinstance(links, str) else links,
         consistent_reason=links if isinstance(links, str) else None,
         notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
-        **diagnosed_values(diagnosed),
+        **BareResult.values_of(diagnosed),
     )
     return result, prepared.observing
 

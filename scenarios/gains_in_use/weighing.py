@@ -14,13 +14,7 @@ from ident.unseen import Unseen
 from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.rendering.wording import number, percent, plus_minus, sentence, two_sigma
-from scenarios.results.diagnoses import (
-    DiagnosedResult,
-    diagnosed_values,
-    doubt_paragraphs,
-    unseen_parts,
-    unseen_verdict,
-)
+from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, unseen_parts, unseen_verdict
 from scenarios.results.gains import quantity_table
 
 UNSEEN = "Prediction of a motion that was not used in any fit, null if none is given"
@@ -89,7 +83,7 @@ class Verification(DiagnosedResult):
             common=weighing.common_error(found),
             notes=list(found.remarks),
             unseen=unseen,
-            **diagnosed_values(diagnosed),
+            **cls.values_of(diagnosed),
         )
 
     def parts(self) -> Iterable[Part]:
@@ -199,7 +193,7 @@ class FoundPayload(DiagnosedResult):
             possible=found.body.possible,
             joints=list(joints),
             notes=list(found.selected.remarks),
-            **diagnosed_values(diagnosed),
+            **cls.values_of(diagnosed),
         )
 
     def parts(self) -> Iterable[Part]:

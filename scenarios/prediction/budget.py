@@ -20,7 +20,7 @@ from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Tab
 from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.rendering.wording import percent
-from scenarios.results.diagnoses import diagnosed_values, horizon_paragraphs
+from scenarios.results.diagnoses import DiagnosedResult, horizon_paragraphs
 from scenarios.results.gains import budget_verdict
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
@@ -259,7 +259,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
             within=errors.cdf(most) - errors.cdf(-most),
         )
 
-    said = diagnosed_values(horizon(predictor.linear.expected.logs()))
+    said = DiagnosedResult.values_of(horizon(predictor.linear.expected.logs()))
     missing = [j for j in np.flatnonzero(tolerance.identifiable).tolist() if j not in joints]
     refused = [(j, gain.reason) for j in missing if isinstance(gain := estimate.joints[j], RefusedGain)]
     return PredictedBudget(

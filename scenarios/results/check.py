@@ -15,15 +15,7 @@ from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import many, number, percent
-from scenarios.results.diagnoses import (
-    MOODS,
-    DiagnosedResult,
-    counted,
-    diagnosed_values,
-    doubt_paragraphs,
-    every_check,
-    horizon_paragraphs,
-)
+from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, horizon_paragraphs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +62,7 @@ class Check(DiagnosedResult):
             robot=arm.name,
             verdict=checked.found.severity.value,
             logs=[CheckLog.of(name, motions, arm) for name, motions in checked.logs],
-            **diagnosed_values(checked.found),
+            **cls.values_of(checked.found),
         )
 
     @property
@@ -84,10 +76,10 @@ class Check(DiagnosedResult):
         worst = [each.worst for each in found.findings]
         effects = [each for each in worst if each is not None and each.deviations is not None]
         if not effects:
-            return f"{label}{counted(found)} {checks}"
+            return f"{label}{self.counted} {checks}"
         most = max(effects, key=lambda each: abs(each.percent))
         size = "100 % or more" if abs(most.percent) >= 100.0 else f"{two_digits(abs(most.percent))} %"
-        return f"{label}{counted(found)} {checks}: the gain of joint {most.joint + 1} off by {size}"
+        return f"{label}{self.counted} {checks}: the gain of joint {most.joint + 1} off by {size}"
 
     @property
     def mood(self) -> Mood:
@@ -101,7 +93,7 @@ class Check(DiagnosedResult):
         good = len(found.diagnoses) - len(found.findings)
         yield Paragraph(f"{many(good, 'check')} without a finding.")
         yield from horizon_paragraphs(found)
-        yield from every_check("All checks", found)
+        yield from self.every_check("All checks")
         yield from motion_parts(self.logs)
 
 

@@ -48,17 +48,51 @@ class DiagnosedResult(ResultModel):
             diagnoses=tuple(self.diagnoses), excluded=tuple(self.excluded), undetectable=tuple(self.untold)
         )
 
+    @staticmethod
+    def values_of(found: Diagnosed) -> dict[str, Any]:
+        """Return the values of these fields."""
+        untold = [*found.undetectable, *found.undetectable_together]
+        return {"diagnoses": list(found.diagnoses), "excluded": list(found.excluded), "untold": untold}
+
+    @property
+    def counted(self) -> str:
+        """Return the number of findings, as `1 fault and 2 warnings`."""
+        numbers = {"fault": Severity.WRONG, "warning": Severity.WEAK}
+        each = {what: sum(one.severity is severity for one in self.diagnoses) for what, severity in numbers.items()}
+        return " and ".join(many(count, what) for what, count in each.items() if count)
+
+    def horizon_fold(self, *, file_only: bool = False) -> list[Part]:
+        """Return a folded table of excluded faults and of those that cannot be checked; nothing without any."""
+        rows = [(each.sentence, "excluded") for each in self.excluded]
+        rows += [(each, "cannot be checked") for each in self.untold]
+        fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", "With these logs")))
+        rest = f"{many(len(rows), 'kind')} of faults that these logs exclude or cannot reveal"
+        return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []
+
+    def every_check(self, title: str) -> list[Part]:
+        """Return a table of checks for each log and one for all together, the worst first, below a title; for files."""
+        of_log = dict[str, list[Diagnosis]]()
+        for each in self.diagnoses:
+            of_log.setdefault(", ".join(PurePath(log).name for log in each.logs) or TOGETHER, []).append(each)
+        words = LABELS | {Severity.GOOD: "good"}
+        tables = [
+            table(
+                own,
+                column("What", lambda each: each.name, words=True),
+                column("Verdict", lambda each: Cell(words[each.severity], MOODS[each.severity]), words=True),
+                column("Found", lambda each: each.sentence, words=True),
+                title=log,
+                file_only=True,
+            )
+            for log, own in of_log.items()
+        ]
+        return [Heading(title, file_only=True), *tables] if tables or self.excluded else []
+
     @model_serializer(mode="wrap")
     def _at_the_end(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         values: dict[str, Any] = handler(self)
         last = {key: values.pop(key) for key in DiagnosedResult.model_fields if key in values}
         return values | last
-
-
-def diagnosed_values(found: Diagnosed) -> dict[str, Any]:
-    """Return the values of a `DiagnosedResult`."""
-    untold = [*found.undetectable, *found.undetectable_together]
-    return {"diagnoses": list(found.diagnoses), "excluded": list(found.excluded), "untold": untold}
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
@@ -88,42 +122,6 @@ def horizon_paragraphs(found: Diagnosed, *, expected: bool = False) -> list[Para
     excluded = [each.sentence for each in found.excluded]
     hidden = (*found.undetectable, *found.undetectable_together)
     return [Paragraph(f"{said}: {'; '.join(of)}.") for said, of in ((exclude, excluded), (tell, hidden)) if of]
-
-
-def horizon_fold(found: Diagnosed, *, file_only: bool = False) -> list[Part]:
-    """Return a folded table of excluded faults and of those that cannot be checked; nothing without any."""
-    hidden = (*found.undetectable, *found.undetectable_together)
-    rows = [(each.sentence, "excluded") for each in found.excluded] + [(each, "cannot be checked") for each in hidden]
-    fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", "With these logs")))
-    rest = f"{many(len(rows), 'kind')} of faults that these logs exclude or cannot reveal"
-    return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []
-
-
-def counted(found: Diagnosed) -> str:
-    """Return the number of findings, as `1 fault and 2 warnings`."""
-    numbers = {"fault": Severity.WRONG, "warning": Severity.WEAK}
-    each = {what: sum(one.severity is severity for one in found.diagnoses) for what, severity in numbers.items()}
-    return " and ".join(many(count, what) for what, count in each.items() if count)
-
-
-def every_check(title: str, found: Diagnosed) -> list[Part]:
-    """Return a table of checks for each log and one for all together, the worst first, below a title; for files."""
-    of_log = dict[str, list[Diagnosis]]()
-    for each in found.diagnoses:
-        of_log.setdefault(", ".join(PurePath(log).name for log in each.logs) or TOGETHER, []).append(each)
-    words = LABELS | {Severity.GOOD: "good"}
-    tables = [
-        table(
-            own,
-            column("What", lambda each: each.name, words=True),
-            column("Verdict", lambda each: Cell(words[each.severity], MOODS[each.severity]), words=True),
-            column("Found", lambda each: each.sentence, words=True),
-            title=log,
-            file_only=True,
-        )
-        for log, own in of_log.items()
-    ]
-    return [Heading(title, file_only=True), *tables] if tables or found.excluded else []
 
 
 def unseen_verdict(

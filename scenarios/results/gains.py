@@ -21,17 +21,7 @@ from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.rendering.wording import in_unit, joints_named, many, percent, rounded, sentence, two_sigma
 from scenarios.results.cost import ResultCost
-from scenarios.results.diagnoses import (
-    MOODS,
-    DiagnosedResult,
-    counted,
-    diagnosed_values,
-    doubt_paragraphs,
-    every_check,
-    horizon_fold,
-    unseen_parts,
-    unseen_verdict,
-)
+from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, unseen_parts, unseen_verdict
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.run import Run
@@ -173,7 +163,7 @@ class Result(DiagnosedResult):
             cost=None if assumed is None else ResultCost.of(assumed, estimate.joints),
             mass=masses.pop() if len(masses) == 1 else None,
             unseen=unseen,
-            **diagnosed_values(found.found),
+            **cls.values_of(found.found),
         )
 
     @property
@@ -201,8 +191,8 @@ class Result(DiagnosedResult):
         )
         if any(gain.identifiable for gain in gains):
             yield self._interval_plot()
-        yield from every_check("Diagnoses", found)
-        yield from horizon_fold(found, file_only=True)
+        yield from self.every_check("Diagnoses")
+        yield from self.horizon_fold(file_only=True)
         refused = [gain for gain in gains if gain.reason is not None]
         yield from [Heading("Refused or failed joints", file_only=True)] if refused else ()
         yield from (Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}")) for gain in refused)
@@ -250,7 +240,7 @@ class Result(DiagnosedResult):
         lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
         said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."
         if found.findings:
-            return Paragraph(f"{said} See {counted(found)} below.", MOODS[found.severity], strong=True)
+            return Paragraph(f"{said} See {self.counted} below.", MOODS[found.severity], strong=True)
         return Paragraph(said, Mood.BAD if lost else Mood.PLAIN, strong=True)
 
     @property

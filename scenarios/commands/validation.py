@@ -197,13 +197,12 @@ def patch_command(options: argparse.Namespace) -> Status:
     """Write a copy of a model with identified values, report all changes; status 1 if it predicts a motion worse."""
     from ident.model.arm import check_ending
 
-    model: Path = options.model
+    model, flange, most = options.model, options.flange, options.max_rel_std
     written: list[Path] = [path for path in (options.out, options.ros_params) if path is not None]
     check_ending(model)
     if options.out.suffix.lower() != model.suffix.lower():
-        raise ScenarioError(
-            f"--out {one_line(options.out)}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"
-        )
+        ending = f"a copy of {one_line(model)} ends in {one_line(model.suffix)}"
+        raise ScenarioError(f"--out {one_line(options.out)}: {ending}")
     if len({path.resolve() for path in (model, *written)}) <= len(written):
         raise ScenarioError("MODEL, --out and --ros-params: expected different files")
     claim = [output.right_to_write(options, path, command="rx90 patch") for path in written]
@@ -214,41 +213,31 @@ def patch_command(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.patch import Patched, joint_values, link_values, predicted_by_models, read_bare
     from scenarios.results.gains_file import read_gains, ros_parameters
 
-    structure, gains = structure_of(read_arm(model, (), flange=options.flange)), read_gains(options.gains)
+    structure, gains = structure_of(read_arm(model, (), flange=flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
     bare = None if options.arm is None else read_bare(options.arm)
-    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    joints = joint_values(structure, gains, nominal, bare, most=most)
     if nominal is not None:
         check_unit(gains.known, nominal.known, "--nominal")
-    links = link_values(bare, gains, structure.arm, nominal_links(model, options.flange)) if options.links else None
+    links = link_values(bare, gains, structure.arm, nominal_links(model, flange)) if options.links else None
     copy, changes = patched_model(model, joints, links)
     unseen, log = None, inputs.unseen_motion(options, inputs.log_description(options, structure.arm.joint_names))
     if log is not None:
         with output.under_way(options, "predicting"):
             rival = model.read_bytes()
             if nominal is not None:
-                values = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
+                values = joint_values(structure, nominal, None, bare, most=most)
                 rival, _ = patched_model(model, values, links)
-            unseen = predicted_by_models(
-                log,
-                structure,
-                [(copy, gains), (rival, nominal)],
-                gains=gains,
-                bare=bare,
-                links=options.links,
-                model=model,
-                flange=options.flange,
-            )
+            both, links = ((copy, gains), (rival, nominal)), options.links
+            unseen = predicted_by_models(log, structure, *both, bare=bare, links=links, model=model, flange=flange)
     passed = unseen is None or unseen.not_worse
-    contents = [copy]
-    if options.ros_params is not None:
-        contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
-    for path, right, content in zip(written, claim, contents, strict=True) if passed or options.force else ():
+    contents = (copy, ros_parameters(gains, structure.arm.joint_names).encode())
+    for path, right, content in zip(written, claim, contents, strict=False) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
     result = Patched(
         out=str(options.out),
-        ros_params=None if options.ros_params is None else str(options.ros_params),
+        ros_params=options.ros_params and str(options.ros_params),
         changes=list(changes),
         notes=list(gains.notes),
         written=passed or options.force,

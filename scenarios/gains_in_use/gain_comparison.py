@@ -18,23 +18,14 @@ from scenarios.results.gains_file import GainsFile
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedJoint(Moved):
-    """Change of a joint's gain.
+    """Change of a joint's gain."""
 
-    Attributes:
-        joint: Number of the joint, from 0.
-        apart: Its change relative to the common factor.
-        name: Name of the joint, or its number.
-        A: Gain in the first file, in `unit`.
-        B: Gain in the second file, at the current of the first one if both depend on it, in `unit`.
-        unit: Unit of the gain: N m/unit, or N/unit where the joint slides.
-    """
-
-    joint: int
-    apart: Moved
-    name: str
-    A: float
-    B: float
-    unit: str
+    joint: int  # number of the joint, from 0
+    apart: Moved  # its change relative to the common factor
+    name: str  # name of the joint, or its number
+    A: float  # gain in the first file, in `unit`
+    B: float  # gain in the second file, at the current of the first one if both depend on it, in `unit`
+    unit: str  # unit of the gain: N m/unit, or N/unit where the joint slides
 
 
 class GainComparison(ResultModel):
@@ -80,7 +71,7 @@ class GainComparison(ResultModel):
 
     def parts(self) -> Iterable[Part]:
         """Conclusion, every joint's change, the common factor, and two tests of all joints."""
-        unit, several = common_unit([each.unit for each in self.joints]), len(self.joints) > 1
+        unit, several = common_unit([each.unit for each in self.joints]), True if self.joints[1:] else None
         yield self._conclusion()
         yield table(
             self.joints,
@@ -90,11 +81,8 @@ class GainComparison(ResultModel):
             column(f"B [{unit}]", lambda each: f"{each.B:.4f}"),
             column("Change [%]", lambda each: percent(each.rel_change, "+.2f")),
             column("2 sigma,\nchange [%]", lambda each: two_sigma(each.rel_std)),
-            column(
-                "Relative to\ncommon factor [%]",
-                lambda each: percent(each.apart.rel_change if several else None, "+.2f"),
-            ),
-            column("2 sigma,\nrelative [%]", lambda each: two_sigma(each.apart.rel_std if several else None)),
+            column("Relative to\ncommon factor [%]", lambda each: percent(several and each.apart.rel_change, "+.2f")),
+            column("2 sigma,\nrelative [%]", lambda each: two_sigma(several and each.apart.rel_std)),
             column("Verdict", _verdict, words=True),
         )
         yield Paragraph(self._common())
@@ -142,12 +130,10 @@ class GainComparison(ResultModel):
                 "No change is common to more than half of the joints. Changes relative to the mean of all joints, "
                 f"{100.0 * scale.rel_change:+.2f} %, do not show which joint's gain changed."
             )
-        alone = [joint for joint in joints if joint not in self.scale_joints]
-        whose = f"all joints but {', '.join(map(str, alone))}" if alone else "all joints"
-        return (
-            f"Change common to {whose}: {100.0 * scale.rel_change:+.2f} %, 2 sigma {200.0 * scale.rel_std:.2f} %"
-            f"{'; significant, check the payload masses and current units of A and B' if scale.moved else ''}."
-        )
+        alone = ", ".join(str(joint) for joint in joints if joint not in self.scale_joints)
+        whose, size = f"all joints{' but ' if alone else ''}{alone}", f"{100.0 * scale.rel_change:+.2f} %"
+        check = "; significant, check the payload masses and current units of A and B" if scale.moved else ""
+        return f"Change common to {whose}: {size}, 2 sigma {200.0 * scale.rel_std:.2f} %{check}."
 
 
 def _size(change: Moved) -> str:

@@ -54,23 +54,14 @@ Place = tuple[str, ET.Element | None, str, str | None]
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """An attribute of a joint, changed or not.
+    """An attribute of a joint, changed or not."""
 
-    Attributes:
-        joint: Name of the joint.
-        attribute: Name of the attribute in the file.
-        before: Original text, or that of the default class; None if there is none.
-        after: New text; None if unchanged.
-        rel_std: Relative standard deviation of the new number; None if unchanged.
-        reason: Why it is unchanged.
-    """
-
-    joint: str
-    attribute: str
-    before: str | None
-    after: str | None = None
-    rel_std: float | None = None
-    reason: str = ""
+    joint: str  # name of the joint
+    attribute: str  # name of the attribute in the file
+    before: str | None  # original text, or that of the default class; None if there is none
+    after: str | None = None  # new text; None if unchanged
+    rel_std: float | None = None  # relative standard deviation of the new number; None if unchanged
+    reason: str = ""  # why it is unchanged
 
 
 class _Joint(NamedTuple):
@@ -102,7 +93,10 @@ def patched_model(
     form, changes = FORMATS[root.tag], list[Change]()
     there = form.joints(root)
     for name, values in joints.items():
-        changes += _joint_changes(name, values, there, written=links is not None)
+        if name in there:
+            changes += _joint_changes(name, values, there[name], written=links is not None)
+        else:
+            changes.append(Change(name, "joint", None, reason=NOT_THERE))
     if links is not None:
         changes += _link_changes(root, links, there, form)
         comment = COMMENT.format("" if form.armature else ", which URDF does not support")
@@ -113,17 +107,13 @@ def patched_model(
     return text.encode(), tuple(changes)
 
 
-def _joint_changes(name: str, values: JointValues, there: Mapping[str, _Joint], *, written: bool) -> Iterator[Change]:
+def _joint_changes(name: str, values: JointValues, joint: _Joint, *, written: bool) -> Iterator[Change]:
     """Set the attributes of a joint; rotor inertia is `written` with the links."""
-    if name not in there:
-        yield Change(name, "joint", None, reason=NOT_THERE)
-        return
-    for which, element, attribute, before in there[name].places:
-        known, scaled = values[which], which == "effort"
+    for which, element, attribute, before in joint.places:
+        known, numbers = values[which], [1.0]
         if which == "armature" and (written or (element is None and isinstance(known, str))):
             continue
-        numbers = [1.0]
-        if scaled:
+        if which == "effort":  # a scale of the limits that are stated
             try:
                 numbers = [float(word) for word in (before or "").split()]
             except ValueError:
@@ -138,8 +128,8 @@ def _joint_changes(name: str, values: JointValues, there: Mapping[str, _Joint], 
         after = " ".join(f"{each * known.value:.6g}" for each in numbers)  # its deviation is at least a millionth
         element.set(attribute, after)
         yield Change(name, attribute, before, after, known.rel_std)
-        if element.tag == "dynamics" and element not in there[name].element:
-            _insert(there[name].element, element)
+        if element.tag == "dynamics" and element not in joint.element:
+            _insert(joint.element, element)
 
 
 def _link_changes(
@@ -149,21 +139,19 @@ def _link_changes(
         over = [name for name in SCALING if float(compiler.get(name, "0")) > 0.0]
         over += ["inertiafromgeom"] if compiler.get("inertiafromgeom") == "true" else []
         if over:
-            raise ScenarioError(
-                f"compiler {over[0]} = {compiler.get(over[0])!r} would override the masses that bodies state; remove "
-                "it first"
-            )
+            stated = f"compiler {over[0]} = {compiler.get(over[0])!r}"
+            raise ScenarioError(f"{stated} would override the masses that bodies state; remove it first")
     for link in links:
         if link.name not in there:
             raise ScenarioError(f"joint {link.name}: the file has no joint of this name, so its link cannot be written")
-        joint = there[link.name]
+        joint, motor = there[link.name], repr(link.motor_inertia)
         for attribute, before, after in form.inertial(_part(joint.body, "inertial"), link):
             yield Change(link.name, attribute, before, after)
-        if link.motor_found and not form.armature:
-            yield Change(link.name, "armature", None, reason=NO_ARMATURE.format(link.motor_inertia))
+        if link.motor_found and form.armature:
+            yield Change(link.name, "armature", joint.element.get("armature"), motor)
+            joint.element.set("armature", motor)
         elif link.motor_found:
-            yield Change(link.name, "armature", joint.element.get("armature"), repr(link.motor_inertia))
-            joint.element.set("armature", repr(link.motor_inertia))
+            yield Change(link.name, "armature", None, reason=NO_ARMATURE.format(link.motor_inertia))
 
 
 def _insert(parent: ET.Element, child: ET.Element) -> ET.Element:
@@ -190,10 +178,9 @@ def _urdf_joints(root: ET.Element) -> dict[str, _Joint]:
         dynamics = ET.Element("dynamics") if dynamics is None else dynamics  # inserted with its first attribute
         places: list[Place] = [("effort", limit, "effort", None if limit is None else limit.get("effort"))]
         places += [(name, dynamics, name, dynamics.get(name)) for name in ("damping", "friction")]
+        places += [("armature", None, "armature", None)]
         child = next((each.get("link", "") for each in joint.iter("child")), "")
-        found[joint.get("name", "")] = _Joint(
-            joint, bodies.get(child, joint), [*places, ("armature", None, "armature", None)]
-        )
+        found[joint.get("name", "")] = _Joint(joint, bodies.get(child, joint), places)
     return found
 
 
@@ -217,9 +204,7 @@ def _mjcf_joints(root: ET.Element) -> dict[str, _Joint]:
         """Return an attribute of an element or of its class, which has one entry for all kinds of actuators."""
         same = ACTUATORS if element.tag in ACTUATORS else (element.tag,)
         of_class = [each for each in classes.get(element.get("class") or inherited, ()) if each.tag in same]
-        return next(
-            (each.attrib[attribute] for each in (element, *reversed(of_class)) if attribute in each.attrib), None
-        )
+        return next((x.attrib[attribute] for x in (element, *reversed(of_class)) if attribute in x.attrib), None)
 
     def add(parent: ET.Element, inherited: str) -> None:
         for child in parent:
@@ -244,18 +229,10 @@ def _mjcf_joints(root: ET.Element) -> dict[str, _Joint]:
 
 
 def _mjcf_inertial(inertial: ET.Element, link: Link) -> Iterator[tuple[str, str | None, str]]:
-    before = dict(inertial.attrib)
-    before["fullinertia"] = " ".join(
-        value if name == "fullinertia" else f"{name} {value}"
-        for name, value in before.items()
-        if name not in ("mass", "pos")
-    )
-    inertial.attrib.clear()
-    inertial.attrib |= {
-        "mass": repr(link.mass),
-        "pos": _numbers(link.com),
-        "fullinertia": _numbers([value for _, value in link.inertia]),
-    }
+    before, moments = dict(inertial.attrib), _numbers([value for _, value in link.inertia])
+    others = {name: value for name, value in before.items() if name not in ("mass", "pos")}
+    before["fullinertia"] = " ".join(x if name == "fullinertia" else f"{name} {x}" for name, x in others.items())
+    inertial.attrib = {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": moments}
     yield from ((f"inertial {name}", before.get(name) or None, after) for name, after in inertial.attrib.items())
 
 

@@ -6,7 +6,6 @@ joint's own current. Of rotor inertia Ia, only an `Ia` that is a base parameter 
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -118,9 +117,9 @@ def joint_values(
         return f"identified as {found.value:.3g}, with {deviation}"
 
     def effort(j: int, gain: Known) -> Known:
+        old = NO_NOMINAL if nominal is None else _gain(nominal.gains[j])
         if nominal is None or isinstance(gain, str):
-            return NO_NOMINAL if nominal is None else str(gain)
-        old = _gain(nominal.gains[j])
+            return NO_NOMINAL if nominal is None else gain
         if isinstance(old, str):
             return f"--nominal has no gain of joint {j + 1}"
         return limited(Value(abs(gain.value / old.value), gain.rel_std))
@@ -193,14 +192,12 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
 
     Raises `ScenarioError` if there are none, or they are of other gains or another model, or contradict the data.
     """
-    found = None if bare is None else bare.consistent
-    if bare is None or found is None:
-        why = "no identification of bare motions is given; add --arm A"
-        if bare is not None:
-            why = (
-                f"--arm has no physically consistent set: {bare.consistent_reason}; identify bare motions with --gains"
-            )
-        raise ScenarioError(f"--links: {why}")
+    if bare is None:
+        raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
+    found = bare.consistent
+    if found is None:
+        why = f"--arm has no physically consistent set: {bare.consistent_reason}"
+        raise ScenarioError(f"--links: {why}; identify bare motions with --gains")
     if (names := tuple(each.name for each in found.links)) != arm.joint_names:
         raise ScenarioError(f"--links: --arm is of joints {', '.join(names)}, not of those of MODEL")
     for each in found.links:
@@ -210,10 +207,10 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
                 "model that bare motions were identified with; identify them with this file"
             )
     if found.farthest_deviations > FAR:
+        differs = f"differs by {found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g})"
         raise ScenarioError(
-            f"--links: base parameter {found.farthest_parameter} of physically consistent links differs by "
-            f"{found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g}); check model, "
-            "gains and data"
+            f"--links: base parameter {found.farthest_parameter} of physically consistent links {differs}; check "
+            "model, gains and data"
         )
     for joint, entry in zip(bare.joints, gains.gains, strict=True):  # masses are proportional to gains
         if joint.gain is not None and entry.estimate is not None and abs(joint.gain / entry.estimate - 1.0) > SAME:
@@ -254,21 +251,17 @@ class Patched(ResultModel):
         done = "" if self.written else " NOT WRITTEN: it does not pass; --force writes it."
         words = f"{self.out}: {len(changed)} attributes changed, {len(left)} unchanged.{done}"
         parts.append(Paragraph(words, Mood.BAD if done else Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
-        both: list[ColumnOf[Change]] = [
-            column("Joint", lambda each: each.joint, words=True),
-            column("Attribute", lambda each: each.attribute, words=True),
-        ]
-        numbers: list[ColumnOf[Change]] = [
-            column("Before", lambda each: _in_short(each.before), words=True),
-            column("After", lambda each: _in_short(each.after), words=True),
-            column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g")),
-        ]
-        reasons: list[ColumnOf[Change]] = [
-            column("Stays", lambda each: _in_short(each.before), words=True),
-            column("Why", lambda each: each.reason, words=True),
-        ]
-        tables = (("Changed", changed, numbers), ("Unchanged", left, reasons))
-        parts += [table(rows, *both, *columns, title=title) for title, rows, columns in tables if rows]
+        for title, rows in (("Changed", changed), ("Unchanged", left)):
+            columns: list[ColumnOf[Change]] = [
+                column("Joint", lambda each: each.joint, words=True),
+                column("Attribute", lambda each: each.attribute, words=True),
+                column("Before" if rows is changed else "Stays", lambda each: _in_short(each.before), words=True),
+                column("After", lambda each: _in_short(each.after), words=True),
+                column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g")),
+                column("Why", lambda each: each.reason, words=True),
+            ]
+            shown = columns[:-1] if rows is changed else [*columns[:3], columns[-1]]
+            parts += [table(rows, *shown, title=title)] if rows else []
         told = [COPY, *([] if unseen is None or unseen.fitted else [DRAWN]), TOLD]
         parts += unseen_parts(unseen, other="rival", told=told + ([] if self.against_nominal else [AS_IT_IS]))
         parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in self.notes)]
@@ -285,21 +278,21 @@ def _in_short(value: str | None) -> str | None:
 def predicted_by_models(
     log: Motion,
     structure: Structure,
-    contents: Sequence[tuple[bytes, GainsFile | None]],
+    copy: tuple[bytes, GainsFile],
+    rival: tuple[bytes, GainsFile | None],
     *,
-    gains: GainsFile,
     bare: BareResult | None,
     links: bool,
     model: Path,
     flange: str | None,
 ) -> Unseen:
-    """Return the predictions of a motion by the copy of a model and by another one.
+    """Return the predictions of a motion by the `copy` of a model with its gains, and by a rival.
 
-    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these.
-    `bare` has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of
-    their fit. Raises `ScenarioError` if the motion was used for the gains, `PlantError` if MuJoCo cannot read the
-    masses of either model.
+    The rival's gains are None if it is the model as it is, without offsets and rotor inertia of `bare`, whose
+    cross-validation counts if the copy has identified `links`. Raises `ScenarioError` if the motion was used for the
+    gains, `PlantError` if MuJoCo cannot read the masses of either model.
     """
+    _, gains = copy
     check_unseen(gains, [], [log.recording])
     observing, limits = options_of(ObserveOptions, gains.options.observe), options_of(GainOptions, gains.options.gains)
     unseen = unseen_motion(log, [], structure, observing=observing, gains=limits)
@@ -311,7 +304,7 @@ def predicted_by_models(
     used = list[UsedModel]()
     with TemporaryDirectory() as folder:
         path = Path(folder) / model.name
-        for content, own in contents:
+        for content, own in (copy, rival):
             path.write_bytes(content)
             base = model_base(path, flange, structure.base)
             added, covariance = np.zeros(len(base)), np.zeros((len(base),) * 2)

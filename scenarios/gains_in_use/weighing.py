@@ -131,22 +131,17 @@ class Verification(DiagnosedResult):
         if common is not None:
             shown = sum(each.mass is not None for each in self.joints)
             who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
-            times = 1.0 + common.rel_error
+            times, words = 1.0 + common.rel_error, f"off by the same {_error(common)}: check the weighed masses, here "
+            words += "and of the identification"
             if not 1.0 / OTHER_UNIT < times < OTHER_UNIT:
                 words = f"{two_digits(times)} times that on the scale: check the units of mass, currents and gains"
-            else:
-                same = f"off by the same {_error(common)}"
-                words = f"{same}: check the weighed masses, here and of the identification"
-            apart = (
-                f"; joint {each.joint + 1} differs from them by {_error(each)}: its gain is off"
-                for each in common.apart
-            )
-            words = f"the mass from {who} is {words}{''.join(apart)}"
+            words = f"the mass from {who} is {words}"
+            for each in common.apart:
+                words += f"; joint {each.joint + 1} differs from them by {_error(each)}: its gain is off"
         elif off:
             more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
-            words = (
-                f"gains are off: {', '.join(f'joint {(each.joint or 0) + 1} by {_error(each)}' for each in off)}{more}"
-            )
+            listed = ", ".join(f"joint {(each.joint or 0) + 1} by {_error(each)}" for each in off)
+            words = f"gains are off: {listed}{more}"
         elif together.verdict == DIFFERS:
             alone = "no single joint explains it; check which payload was mounted"
             words = f"{mass}, off by {_error(together)}, and {alone}"
@@ -200,11 +195,8 @@ class FoundPayload(DiagnosedResult):
         """Payload in the frame of the last link, with intervals that include those of the gains."""
         doubts = list(self._doubts())
         yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
-        stds = ((each.std, each.residual_std, each.gain_std, each.model_std) for each in self.body)
-        yield quantity_table(
-            (each.quantity, each.unit, each.estimate, *(2.0 * std for std in own))
-            for each, own in zip(self.body, stds, strict=True)
-        )
+        stds = [[2.0 * std for std in (x.std, x.residual_std, x.gain_std, x.model_std)] for x in self.body]
+        yield quantity_table((x.quantity, x.unit, x.estimate, *own) for x, own in zip(self.body, stds, strict=True))
         yield Paragraph(
             "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
             "from the residual, the gains and the model together."
@@ -230,21 +222,15 @@ class FoundPayload(DiagnosedResult):
 
     def _doubts(self) -> Iterable[str]:
         mass = next((each.estimate for each in self.body if each.quantity == "mass"), None)
-        if mass is None:
-            return
-        if mass < 0.0:
-            yield (
-                "Note: the mass is negative, but not significantly. Check that a payload was mounted and that "
-                "bare and loaded are not swapped."
-            )
+        if mass is not None and mass < 0.0:
+            said = "Note: the mass is negative, but not significantly. Check that a payload was mounted and that "
+            yield f"{said}bare and loaded are not swapped."
         apart = [
             f"joint {(each.joint or 0) + 1} alone {each.mass or 0.0:.3f} kg (2 sigma {2.0 * (each.std or 0.0):.3f})"
             for each in self.joints
             if each.verdict == DIFFERS
         ]
-        if apart:
-            yield (
-                f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass:.3f} kg. "
-                "A gain is wrong or the payload moved, and the intervals do not include this; check the gains "
-                "with rx90 verify."
-            )
+        if apart and mass is not None:
+            said = f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass:.3f} kg. A gain "
+            said += "is wrong or the payload moved, and the intervals do not include this; check the gains "
+            yield f"{said}with rx90 verify."

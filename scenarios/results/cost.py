@@ -1,6 +1,6 @@
 """Effect of assumed gains: results with these, with the identified gains, and true or weighed values."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
@@ -80,36 +80,31 @@ class ResultCost(ResultModel):
 
         Without a verdict, the payload is the one that the gains were identified with.
         """
-        found, payload = None if judged is None else judged.found, assumed.weighed.payload
+        payload, outcomes = assumed.weighed.payload, {"assumed": assumed, "found": judged and judged.found}
         shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
         curves = {j: each.curve for j, each in enumerate(joints) if isinstance(each, IdentifiedGain) and each.curve}
         believed = assumed.gains.at_currents_of(curves).by_joint
 
-        def both(name: str, of: Callable[[GainsOutcome], tuple[float | None, float | None]]) -> dict[str, float | None]:
-            (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (assumed, found))
-            numbers = {f"assumed{name}": one, f"assumed{name}_std": one_std}
-            return numbers | {f"found{name}": two, f"found{name}_std": two_std}
-
-        def in_body(name: str, outcome: GainsOutcome) -> tuple[float | None, float | None]:
-            quantity = outcome.weighed.body.of(name)
-            return (None, None) if quantity is None else (quantity.value, quantity.std)
-
         def alone(j: int, joint: JointResult) -> CostJoint:
             own, gain = believed.get(j), joint.value if isinstance(joint, IdentifiedGain) else None
+            masses = {f"{gains}_mass": each and each.weighed.joints[j].mass for gains, each in outcomes.items()}
+            masses |= {f"{gains}_mass_std": each and each.weighed.joints[j].std for gains, each in outcomes.items()}
             return CostJoint(
                 joint=j + 1,
                 assumed_gain=own,
                 gain=gain,
                 rel_change=None if own is None or gain is None else gain / own - 1.0,
-                **both("_mass", lambda outcome: (outcome.weighed.joints[j].mass, outcome.weighed.joints[j].std)),
-                assumed_torque_error=None if judged is None else judged.torque_assumed.get(j),
-                found_torque_error=None if judged is None else judged.torque_found.get(j),
+                assumed_torque_error=judged and judged.torque_assumed.get(j),
+                found_torque_error=judged and judged.torque_found.get(j),
+                **masses,
             )
 
         def together(name: str, unit: str) -> CostQuantity:
-            true = None if judged is None else judged.true[name]
-            numbers = both("", lambda outcome: in_body(name, outcome))
+            found = {gains: each and each.weighed.body.of(name) for gains, each in outcomes.items()}
+            numbers = {gains: each and each.value for gains, each in found.items()}
+            numbers |= {f"{gains}_std": each and each.std for gains, each in found.items()}
+            true = judged and judged.true[name]
             return CostQuantity(quantity=name, unit=unit, true=true, stated=stated.get(name), **numbers)
 
         return cls.model_validate(

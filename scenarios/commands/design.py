@@ -159,11 +159,11 @@ def excite_command(options: argparse.Namespace) -> Status:
         series = Series.harmonic(design.limits, options.harmonics, options.duration)
     own = _own_motion(scenario, series) if options.improve else None
     outcome = searched(design, series, options, own)
-    interrupt = outcome.interrupt
-    if interrupt is not None and not outcome.kept:
+    kept, interrupt = outcome.kept, outcome.interrupt
+    if interrupt is not None and not kept:
         raise interrupt
     try:
-        motion = best_fitted(design, series, outcome.kept)
+        motion = best_fitted(design, series, kept)
     except TrajectoryError as error:
         if interrupt is None:
             raise
@@ -175,7 +175,7 @@ def excite_command(options: argparse.Namespace) -> Status:
             f"motion, {100.0 * design.worst(motion):.3g} % by that found, so the scenario's own motion is written"
         )
         motion = own
-    start, worst = (100.0 * design.worst(each) for each in (series.motion(outcome.kept[0].x), motion))
+    start, worst = (100.0 * design.worst(each) for each in (series.motion(kept[0].x), motion))
     change = f" ({100.0 * (worst / start - 1.0):+.0f} %)" if np.isfinite(start) else ""
     complain(f"largest predicted standard deviation of a gain: at the start {start:.3g} %, now {worst:.3g} %{change}")
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
@@ -193,13 +193,8 @@ def excite_command(options: argparse.Namespace) -> Status:
             "experiment.motion and add --improve"
         )
         return ending(interrupt)
-    result = Searched(
-        out=str(options.out),
-        tried=outcome.tried,
-        cost_of_start=outcome.kept[0].cost,
-        cost=outcome.kept[-1].cost,
-        predicted_rel_std=list(map(finite, deviations)),
-    )
+    rel_std, costs = list(map(finite, deviations)), {"cost_of_start": kept[0].cost, "cost": kept[-1].cost}
+    result = Searched(out=str(options.out), tried=outcome.tried, **costs, predicted_rel_std=rel_std)
     predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
     return output.show(result.report(f"{options.out}: {predicted}"), options)
 
@@ -298,14 +293,8 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     from scenarios.design.robot_folder import FILES, found_motion, write_new_robot
 
     claim = output.right_to_write(options, options.out, FILES, command="rx90 new-robot")
-    new = new_robot(
-        options.model,
-        flange=options.flange,
-        home=options.home,
-        torque=options.torque,
-        rated_load=options.rated_load,
-        payload=options.payload,
-    )
+    stated = {name: getattr(options, name) for name in ("flange", "home", "torque", "rated_load", "payload")}
+    new = new_robot(options.model, **stated)
 
     def search(design: "Design", series: "Series", attempt: int) -> "Sequence[Found]":
         outcome = searched(design, series, argparse.Namespace(**{**vars(options), "seed": options.seed + attempt}))

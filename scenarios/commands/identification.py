@@ -157,13 +157,14 @@ def identify_command(options: argparse.Namespace) -> Status:
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
     given, policy = options.gains if bare else options.compare_with, inputs.policy_of(options)
     known = None if given is None else inputs.known_gains(given, arm)
+    observing, limits = inputs.chosen(ObserveOptions, options), inputs.chosen(GainOptions, options)
     problem = GivenProblem(
         model=robot.model,
         flange=robot.flange,
         arm=arm,
         motions=motions,
-        observing=inputs.chosen(ObserveOptions, options),
-        gains=inputs.chosen(GainOptions, options),
+        observing=observing,
+        gains=limits,
         method=options.method,
         options=own,
     )
@@ -180,8 +181,8 @@ def identify_command(options: argparse.Namespace) -> Status:
                 motions,
                 method=options.method,
                 options=own,
-                observing=problem.observing,
-                gains=problem.gains,
+                observing=observing,
+                gains=limits,
                 policy=policy,
                 links=model_links(robot.model, robot.flange),
             )

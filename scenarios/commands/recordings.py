@@ -88,9 +88,8 @@ def convert_command(options: argparse.Namespace) -> Status:
         check_joints(arm, log.recording)
     named, joints = len(description.joints or ()), log.recording.q.shape[1]
     if named not in (0, joints):
-        raise ScenarioError(
-            f"{options.log}: {named} joints are named, but the log has {joints}; name each one (--joints)"
-        )
+        fault = f"{named} joints are named, but the log has {joints}; name each one (--joints)"
+        raise ScenarioError(f"{options.log}: {fault}")
     with claim.writing():
         write_recording(log.recording, out, signal=log.v)
     return output.show(Converted.of(log, out).report("Log converted to a recording"), options)
@@ -142,7 +141,6 @@ def check_command(options: argparse.Namespace) -> Status:
         description = inputs.log_description(options, arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
         recordings = inputs.recordings_of([read_log(path, description, check=None) for path in paths])
-        temperatures = [read_temperatures(path, description, arm.n) for path in paths]
         checked = check(
             recordings,
             robot.structure,
@@ -153,33 +151,20 @@ def check_command(options: argparse.Namespace) -> Status:
             about=robot.gain,
             warmths=[
                 Warmth(recording.name, celsius)
-                for recording, celsius in zip(recordings, temperatures, strict=True)
-                if celsius is not None
+                for recording, path in zip(recordings, paths, strict=True)
+                if (celsius := read_temperatures(path, description, arm.n)) is not None
             ],
             undelay=inputs.policy_of(options).undelay,
             links=model_links(robot.model, robot.flange) if options.loaded else None,
         )
     result = Check.of(checked, arm)
     if saving is not None:
-        carried = [None] * len(options.log) + [payload] * len(options.loaded)
-        origin = GivenProblem(
-            model=robot.model,
-            flange=robot.flange,
-            arm=arm,
-            motions=list(map(Motion, recordings, carried)),
-            observing=checked.observing,
-            gains=limits,
-        )
+        motions = list(map(Motion, recordings, [None] * len(options.log) + [payload] * len(options.loaded)))
+        model, flange, observing = robot.model, robot.flange, checked.observing
+        origin = GivenProblem(model=model, flange=flange, arm=arm, motions=motions, observing=observing, gains=limits)
+        title, command = f"Logs of {arm.name}", options.command_line
         with saving.writing():
-            save_result(
-                saving.folder,
-                result,
-                origin,
-                kind="check",
-                title=f"Logs of {arm.name}",
-                command=options.command_line,
-                payload=payload,
-            )
+            save_result(saving.folder, result, origin, kind="check", title=title, command=command, payload=payload)
     hint = [Paragraph("--all lists every check, and the motion of each joint.")]
     short = not options.all and output.form(options) == "text"  # the other formats list them
     report = result.report(result.headline, *(hint if short else ()), mood=result.mood)

@@ -42,6 +42,11 @@ from sim.errors import PlantError
 Options = TypeVar("Options")
 GIVEN = ("gain_joint", "gain_value", "gain_laws")
 """Options that define or correct the gains; not applicable with given gains."""
+SWAPPED = "given as bare, but it was loaded when the gains were identified ({}); are bare and loaded swapped?"
+REPRODUCED = (
+    "the gains were identified from this recording or a copy or part of it ({}), so they reproduce the payload that "
+    "was specified then; use a recording with another payload"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,48 +135,50 @@ def bare_result(
     in_si = None if known is None else arm_in_SI(prepared.problem, options, known)
     gain, off = ({}, {}) if known is None else (known.by_joint, ratios.against(known))
     share = {each.joint: each for each in cross_validated(found.selected.final.rows)}
-    links = consistent_links(in_si, robot)
+    links, why = consistent_links(in_si, robot)
+
+    def joint(j: int) -> BareJoint:
+        rel_std, given, parts = float(ratios.rel_std[j]), ratios.given[j], share.get(j)
+        return BareJoint(
+            joint=j + 1,
+            name=arm.joint_names[j],
+            ratio=float(ratios.value[j]) if given else None,
+            rel_std=rel_std if given else None,
+            predicted_rel_std=rel_std,
+            reason=ratios.reason(j),
+            gain=gain.get(j),
+            off=off[j][0] if j in off else None,
+            off_std=off[j][1] if j in off else None,
+            predicted_rel_error=parts and parts.share,
+            fitted_rel_error=parts and parts.fitted,
+            friction=list(map(BareParameter.model_validate, found.friction[j])),
+        )
+
     result = BareResult(
         reference=ratios.reference + 1,
-        joints=[
-            BareJoint(
-                joint=j + 1,
-                name=arm.joint_names[j],
-                ratio=float(ratios.value[j]) if ratios.given[j] else None,
-                rel_std=float(ratios.rel_std[j]) if ratios.given[j] else None,
-                predicted_rel_std=float(ratios.rel_std[j]),
-                reason=ratios.reason(j),
-                gain=gain.get(j),
-                off=off.get(j, (None, None))[0],
-                off_std=off.get(j, (None, None))[1],
-                predicted_rel_error=share[j].share if j in share else None,
-                fitted_rel_error=share[j].fitted if j in share else None,
-                friction=list(map(BareParameter.model_validate, found.friction[j])),
-            )
-            for j in range(arm.n)
-        ],
+        joints=list(map(joint, range(arm.n))),
         base_parameters=list(map(BareParameter.model_validate, found.inertial)),
         base_parameters_si=None if in_si is None else list(map(BareParameter.model_validate, in_si.inertial)),
-        consistent=None if isinstance(links, str) else links,
-        consistent_reason=links if isinstance(links, str) else None,
+        consistent=links,
+        consistent_reason=why,
         notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
         **BareResult.values_of(diagnosed),
     )
     return result, prepared.observing
 
 
-def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
+def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> tuple[Links | None, str | None]:
     """Return the physically consistent links nearest to the model's, or why there are none."""
     if in_si is None:
-        return "without gains the parameters are not in SI units (--gains)"
+        return None, "without gains the parameters are not in SI units (--gains)"
     try:
         nominal = nominal_links(robot.model, robot.flange)
         if is_placeholder(nominal):
-            return KINEMATICS_ONLY
+            return None, KINEMATICS_ONLY
         found = nearest_links(robot.structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (PlantError, RobotModelError) as error:
-        return str(error)
-    return Links.of(found, nominal, robot.structure.arm)
+        return None, str(error)
+    return Links.of(found, nominal, robot.structure.arm), None
 
 
 def model_options(file: GainsFile) -> AllJointsOptions:
@@ -192,13 +199,7 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue]) -> Options:
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
     """Refuse a loaded motion that was used for the gains, whose mass it would reproduce, and a bare one loaded then."""
     carried = [each for each in file.recordings if each.payload is not None]
-    wrong = (
-        (unloaded, carried, "given as bare, but it was loaded when the gains were identified ({}); are bare and loaded "
-         "swapped?"),
-        (loaded, file.recordings, "the gains were identified from this recording or a copy or part of it ({}), so they "
-         "reproduce the payload that was specified then; use a recording with another payload"),
-    )  # fmt: skip
-    for recordings, entries, words in wrong:
+    for recordings, entries, words in ((unloaded, carried, SWAPPED), (loaded, file.recordings, REPRODUCED)):
         for recording in recordings:
             digest = recording_digest(recording)
             seen = next((x.name for x in entries if x.sha256 == digest or has_marks(recording, x.marks)), None)

@@ -240,8 +240,6 @@ def _faults(file: GainsFile) -> Iterator[str]:
 
 def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
     """Return the gains file of an estimate."""
-    payloads = {id(each.payload): each.payload for each in origin.motions if each.payload is not None}
-    number = {key: k for k, key in enumerate(payloads, 1)}
     gains = [
         {
             "joint": j,
@@ -277,12 +275,12 @@ def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
                     "name": Path(each.recording.name).name,
                     "sha256": recording_digest(each.recording),
                     "marks": row_marks(each.recording),
-                    "payload": number.get(id(each.payload)),
+                    "payload": origin.mounting(each),
                     "largest": tuple(np.abs(each.recording.v).max(axis=0).tolist()),
                 }
                 for each in origin.motions
             ),
-            "payloads": tuple(payload_to_table(each) for each in payloads.values()),
+            "payloads": tuple(map(payload_to_table, origin.payloads)),
             "versions": versions(),
         }
     )
@@ -303,12 +301,12 @@ def gains_text(file: GainsFile, ending: str) -> str:
         return to_json(table) + "\n"
     plain, tables = list[str](), list[str]()
     for key, value in table.items():
-        several = isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
-        if not several and not isinstance(value, Mapping):
+        head, own = (f"[{key}]", [value]) if isinstance(value, Mapping) else (f"[[{key}]]", value)
+        if not (own and isinstance(own, list) and isinstance(own[0], Mapping)):
             plain.append(f"{key} = {toml_value(value)}")
-        for each in value if several else [value] if isinstance(value, Mapping) else ():
-            tables += ["", f"[[{key}]]" if several else f"[{key}]"]
-            tables += [f"{name} = {toml_value(inner)}" for name, inner in each.items()]
+            continue
+        for each in own:
+            tables += ["", head, *(f"{name} = {toml_value(inner)}" for name, inner in each.items())]
     return "\n".join([schema_line("gains"), *plain, *tables]) + "\n"
 
 
@@ -340,12 +338,11 @@ def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    columns, units = {"t": found.t}, {"t": "s"}
+    columns = [("t", "s", found.t)]
     for k, joint in enumerate(found.joints.tolist()):
         tau, reach = found.tau[:, k], DEVIATIONS * found.std[:, k]
-        name, unit = f"tau{joint + 1}", file.gains[joint].torque_unit
-        for column, values in ((name, tau), (f"{name}_low", tau - reach), (f"{name}_high", tau + reach)):
-            columns[column], units[column] = values, unit
-    fields = [pa.field(name, pa.float64(), metadata={"unit": units[name]}) for name in columns]
+        for ending, values in (("", tau), ("_low", tau - reach), ("_high", tau + reach)):
+            columns.append((f"tau{joint + 1}{ending}", file.gains[joint].torque_unit, values))
+    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit, _ in columns]
     schema = pa.schema(fields, metadata={"interval": f"{DEVIATIONS:g} standard deviations of the drive gain"})
-    pq.write_table(pa.table(list(columns.values()), schema=schema), path)
+    pq.write_table(pa.table([values for _, _, values in columns], schema=schema), path)

@@ -98,6 +98,15 @@ class GivenProblem:
         """Folder of the model file, which is that of a problem that was read."""
         return self.model.parent
 
+    @property
+    def payloads(self) -> list[Payload]:
+        """Payload of each mounting, whose motions have the same object."""
+        return list({id(each.payload): each.payload for each in self.motions if each.payload is not None}.values())
+
+    def mounting(self, motion: Motion) -> int | None:
+        """Return the number of a motion's payload, from 1; None for a bare flange."""
+        return next((k for k, each in enumerate(self.payloads, 1) if each is motion.payload), None)
+
 
 def motion_files(motions: int) -> tuple[str, ...]:
     """Return the names that `problem_file` gives to the files of a number of motions."""
@@ -109,29 +118,25 @@ def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTabl
 
     Motions have the files of `names`, numbered ones if None; those with the same payload object share its file.
     """
-    payloads = list(dict.fromkeys(id(motion.payload) for motion in problem.motions if motion.payload))
+    numbers = [(motion.payload, problem.mounting(motion)) for motion in problem.motions]
     names = names or [
-        MotionTable(
-            recording=f"motion-{k}.parquet",
-            payload=motion.payload and f"payload-{payloads.index(id(motion.payload)) + 1}.toml",
-        )
-        for k, motion in enumerate(problem.motions, 1)
+        MotionTable(recording=f"motion-{k}.parquet", payload=payload and f"payload-{number}.toml")
+        for k, (payload, number) in enumerate(numbers, 1)
     ]
     for motion, name in zip(problem.motions, names, strict=True):
         write_recording(motion.recording, folder / name.recording)
         if motion.payload is not None and name.payload is not None:
             write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
-    couplings, A = tuple((i + 1, j + 1) for i, j in problem.arm.couplings), problem.arm.transmission
-    transmission = None if A is None else tuple(tuple(row) for row in A.tolist())
-    return ProblemFile(
-        format=1,
-        robot=RobotTable(
-            model=write_model(problem.model, problem.flange, folder), couplings=couplings, transmission=transmission
-        ),
-        motions=tuple(names),
-        observe=asdict(problem.observing),
-        gains=asdict(problem.gains),
+    minimal, A = minimal_model(problem.model, problem.flange), problem.arm.transmission
+    model = MODELS[minimal.kind == "urdf"]
+    (folder / model).write_text(minimal.text + "\n", encoding="utf-8")
+    robot = RobotTable(
+        model=model,
+        couplings=tuple((i + 1, j + 1) for i, j in problem.arm.couplings),
+        transmission=None if A is None else tuple(map(tuple, A.tolist())),
     )
+    observe, gains = asdict(problem.observing), asdict(problem.gains)
+    return ProblemFile(format=1, robot=robot, motions=tuple(names), observe=observe, gains=gains)
 
 
 def write_problem(folder: Path, problem: GivenProblem) -> None:
@@ -145,20 +150,11 @@ def write_json(path: Path, content: BaseModel) -> None:
     path.write_text(to_json(content.model_dump(mode="json")) + "\n", encoding="utf-8")
 
 
-def write_model(model: Path, flange: str | None, folder: Path) -> str:
-    """Write the kinematics of a robot to a file with one of the names `MODELS`, and return the name."""
-    minimal = minimal_model(model, flange)
-    name = MODELS[minimal.kind == "urdf"]
-    (folder / name).write_text(minimal.text + "\n", encoding="utf-8")
-    return name
-
-
 def read_problem(folder: Path) -> GivenProblem:
     """Read a problem."""
     path = folder / PROBLEM
-    return given_problem(
-        path, validated_table(ProblemFile, read_json(path), one_line(path), ScenarioError), read_recording
-    )
+    stated = validated_table(ProblemFile, read_json(path), one_line(path), ScenarioError)
+    return given_problem(path, stated, read_recording)
 
 
 def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
@@ -176,12 +172,11 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
         if motion.payload is not None and motion.payload not in payloads:
             payloads[motion.payload] = read_payload(folder / motion.payload)
         motions.append(Motion(read(folder / motion.recording), payloads[motion.payload]))
-    couplings, model = tuple((first - 1, second - 1) for first, second in stated.robot.couplings), stated.robot.model
+    model, A = folder / stated.robot.model, stated.robot.transmission
+    couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
     return GivenProblem(
-        model=folder / model,
-        arm=load_arm(
-            folder / model, couplings, transmission=None if (A := stated.robot.transmission) is None else np.array(A)
-        ),
+        model=model,
+        arm=load_arm(model, couplings, transmission=None if A is None else np.array(A)),
         motions=tuple(motions),
         observing=options(ObserveOptions, stated.observe, "observe"),
         gains=options(GainOptions, stated.gains, "gains"),

@@ -109,17 +109,16 @@ def save_result(
     """
     stated, written = problem_file(folder, origin, names), [RESULT, *more]
     write_json(folder / RESULT, result)
-    if payload is not None:
-        write_payload(payload, folder / PLANNED)
-        written.append(PLANNED)
     if fit is not None:
         write_fit(fit, folder)
         written.append(ROWS)
-    given = None
+    given, planned = None, None if payload is None else PLANNED
+    if payload is not None:
+        write_payload(payload, folder / PLANNED)
     if believed is not None:
         given = GIVEN_GAINS[believed.suffix.lower() == ".json"]
         (folder / given).write_bytes(believed.read_bytes())
-        written.append(given)
+    written += [name for name in (planned, given) if name is not None]
     options = cast("DataclassInstance | None", origin.options)
     own, usual = ({}, {}) if options is None else (asdict(options), asdict(type(options)()))
     record = RecordFile(
@@ -131,7 +130,7 @@ def save_result(
         sources=tuple(each.recording for each in names or ()) or tuple(each.recording.name for each in origin.motions),
         method=origin.method,
         options={name: value for name, value in own.items() if value != usual[name]},
-        payload=None if payload is None else PLANNED,
+        payload=planned,
         believed=given,
         scenario=scenario,
         scene=scene,
@@ -203,19 +202,19 @@ def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own
         if value != usual.get(name, value):
             flag, text = f"--{name.replace('_', '-')}", str(value)
             words += [f"{flag}={text}"] if text.startswith("-") else [flag, text]
-    return words + [
-        word for name, value in own.items() if value is not None for word in ("--option", f"{name}={value}")
-    ]
+    for name, value in own.items():
+        words += [] if value is None else ["--option", f"{name}={value}"]
+    return words
 
 
 def again(folder: Path, record: RecordFile) -> str:
     """Return the command that repeats an identification or check from a folder; a check has no file of its gains."""
-    model, payload = str(folder / record.robot.model), [] if record.payload is None else [str(folder / record.payload)]
+    model = str(folder / record.robot.model)
     if record.kind == "check":
-        words = ["rx90", "check", model, *(str(folder / m.recording) for m in record.motions if m.payload is None)]
+        bare = [str(folder / each.recording) for each in record.motions if each.payload is None]
         loaded = [str(folder / each.recording) for each in record.motions if each.payload is not None]
-        words += ["--loaded", *loaded] if loaded else []
-        words += ["--payload", *payload] if payload else []
+        words = ["rx90", "check", model, *bare, *(["--loaded", *loaded] if loaded else [])]
+        words += [] if record.payload is None else ["--payload", str(folder / record.payload)]
     else:
         words = ["rx90", "identify", "--model", model, *identify_words(folder, record.motions)]
         words += [] if record.method is None else ["--method", record.method]
@@ -231,31 +230,26 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
         values = {name: f"({listed(each)})" if isinstance(each, Mapping) else each for name, each in options.items()}
         return ", ".join(f"{name} {each}" for name, each in values.items())
 
-    pairs = zip(record.motions, given.motions, strict=True)
+    robot, pairs = record.robot, zip(record.motions, given.motions, strict=True)
     payloads = {stated.payload: each.payload for stated, each in pairs if stated.payload}
     if record.payload is not None:
         payloads[record.payload] = read_payload(folder / record.payload)
-    coupled = [
-        f"motor {second} turns by the sum of joints {first} and {second}" for first, second in record.robot.couplings
-    ]
-    if record.robot.transmission is not None:
-        coupled = [f"transmission = {[list(row) for row in record.robot.transmission]}"]
+    coupled = [f"motor {second} turns by the sum of joints {first} and {second}" for first, second in robot.couplings]
+    if robot.transmission is not None:
+        coupled = [f"transmission = {list(map(list, robot.transmission))}"]
+    mounted = {f"payload {name} [SI units]": listed(payload_to_table(x)) for name, x in payloads.items() if x}
     method = {} if record.method is None else {"method": f"{record.method} {listed(record.options)}".strip()}
     assumed = method | {
         "arm": f"{given.arm.name}: {given.arm.n} joints, kinematics from the model file; its inertias are not used",
         "coupled motors": "; ".join(coupled) or "none",
-        **{
-            f"payload {name} [SI units]": listed(payload_to_table(each))
-            for name, each in payloads.items()
-            if each is not None
-        },
+        **mounted,
         "filters and rows": listed(record.observe),
         "limits for accepting a gain": listed(record.gains),
     }
     about = {"Made": record.created, **({} if seed is None else {"Seed": str(seed)})}
     about["Recordings"] = ", ".join(record.sources)
     commands = {"Original command": record.command} if record.command else {}
-    if record.robot.transmission is None:  # which only a robot file states
+    if robot.transmission is None:  # which only a robot file states
         commands["The same from these files"] = again(folder, record)
     parts: list[Part] = [Heading("What was assumed"), pairs_table("What", "Value", assumed)]
     return parts + repeated(commands, about, record.versions, record.files)

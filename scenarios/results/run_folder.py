@@ -18,14 +18,7 @@ from scenarios.rendering.result import to_json
 from scenarios.results.fit import ROWS, fit_of
 from scenarios.results.gains import Result
 from scenarios.results.problem_folder import MODELS, GivenProblem, MotionTable
-from scenarios.results.record import (
-    RECORD,
-    RESULT,
-    coupling_words,
-    identify_words,
-    option_words,
-    save_result,
-)
+from scenarios.results.record import RECORD, RESULT, coupling_words, identify_words, option_words, save_result
 from scenarios.support.texts import schema_line
 
 TRUTH = "truth.json"

@@ -80,8 +80,7 @@ def searched(
                     if not kept or found.cost < kept[-1].cost:
                         kept.append(found)
                     progress.reach(
-                        tried,
-                        lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
+                        tried, lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint"
                     )
     except KeyboardInterrupt as interrupt:
         stopped = interrupt

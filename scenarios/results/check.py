@@ -37,12 +37,7 @@ class CheckLog(ResultModel):
     def of(cls, log: str, motions: Sequence[JointMotion], arm: Arm) -> "CheckLog":
         """Return the motion of an arm's joints."""
         joints = [
-            CheckJoint(
-                joint=j + 1,
-                name=arm.joint_names[j],
-                unit="rad" if arm.revolute[j] else "m",
-                **asdict(each),
-            )
+            CheckJoint(joint=j + 1, name=arm.joint_names[j], unit="rad" if arm.revolute[j] else "m", **asdict(each))
             for j, each in enumerate(motions)
         ]
         return cls(log=log, joints=joints)

@@ -125,11 +125,7 @@ def horizon_paragraphs(found: Diagnosed, *, expected: bool = False) -> list[Para
 
 
 def unseen_verdict(
-    found: Unseen | None,
-    *,
-    this: str = "the identified gains",
-    other: str = "the others",
-    passed: bool | None = None,
+    found: Unseen | None, *, this: str = "the identified gains", other: str = "the others", passed: bool | None = None
 ) -> list[Part]:
     """Return a sentence on the prediction error of an unseen motion by `this` and `other`; nothing without one.
 

@@ -138,11 +138,7 @@ class Result(DiagnosedResult):
 
     @classmethod
     def of_identification(
-        cls,
-        found: Identification,
-        identify_s: float,
-        assumed: GainsOutcome | None = None,
-        unseen: Unseen | None = None,
+        cls, found: Identification, identify_s: float, assumed: GainsOutcome | None = None, unseen: Unseen | None = None
     ) -> "Result":
         """Return the result of an identification, without true values. `identify_s` is a wall time [s]."""
         estimate, prepared = found.estimate, found.prepared

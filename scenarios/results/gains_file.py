@@ -124,8 +124,7 @@ class GainsFile(Table):
     method: str | None = Field(None, description="Estimator, or the source of the gains")
     gains: tuple[GainEntry, ...] = Field(min_length=1, description="One entry per joint, in order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
-        None,
-        description="Total covariance of the identifiable joints' gains, in order; in products of `unit`",
+        None, description="Total covariance of the identifiable joints' gains, in order; in products of `unit`"
     )
     transmission: tuple[tuple[float, ...], ...] | None = Field(
         None,

@@ -38,13 +38,13 @@ def run(folder: Path) -> Path:
     return folder / "saved"
 
 
-def _logs(saved: Path) -> list[str]:
+def logs(saved: Path) -> list[str]:
     return [str(saved / "unloaded.parquet"), str(saved / "loaded.parquet")]
 
 
 def identification(folder: Path, saved: Path) -> Path:
     """Its recordings identified as logs of a real robot would be."""
-    unloaded, loaded = _logs(saved)
+    unloaded, loaded = logs(saved)
     words = ["--model", str(saved / "robot.xml"), "--unloaded", unloaded, "--loaded", loaded]
     words += ["--payload", str(saved / "payload.toml"), "--method", "ls-2011", "--cutoff-hz", "14"]
     main(["identify", *words, "--save", str(folder)])
@@ -53,7 +53,7 @@ def identification(folder: Path, saved: Path) -> Path:
 
 def check(folder: Path, saved: Path, *more: str) -> Path:
     """A recording checked, and asked whether it would show a payload; `more` words may name further ones."""
-    words = [_logs(saved)[0], *more, "--payload", str(saved / "payload.toml")]
+    words = [logs(saved)[0], *more, "--payload", str(saved / "payload.toml")]
     main(["check", "rx90", *words, "--save", str(folder)])
     return folder
 

@@ -109,6 +109,13 @@ def test_every_command_has_help_that_fits_the_terminal(capsys, monkeypatch):
             assert not words or callable(command(words[0]).main)
 
 
+def test_text_on_a_terminal_of_hardly_a_column_is_wrapped_at_words(capsys, monkeypatch):
+    for columns in ("1", "2"):
+        monkeypatch.setenv("COLUMNS", columns)
+        assert main([]) == 0
+        assert "identify" in capsys.readouterr().out
+
+
 def test_the_versions_that_results_depend_on_are_told(capsys):
     assert main(["--version"]) == 0
     told = capsys.readouterr().out.splitlines()

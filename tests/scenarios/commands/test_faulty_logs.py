@@ -46,9 +46,8 @@ def test_logs_that_give_no_right_gain_are_refused_in_one_line_for_their_fault(ce
     log = read_recording(cell / "light.parquet")
     write_recording(replace(log, q=log.q * [1, -1, 1, 1, 1, 1]), cell / "faulty.parquet")
     words = ["payload-of", f"{cell}/faulty.parquet", "--unloaded", f"{cell}/bare.parquet", "--model", MODEL]
-    (cell / "gains.toml").write_text(
-        "".join(f"[[gains]]\njoint = {j}\nestimate = 1.1\nstd = 0.02\n" for j in range(1, 7))
-    )
+    gains = "".join(f"[[gains]]\njoint = {j}\nestimate = 1.1\nstd = 0.02\n" for j in range(1, 7))
+    (cell / "gains.toml").write_text(gains)
     line = refused(capsys, [*words, "--gains", f"{cell}/gains.toml"])
     assert re.search("q2 is negated (and its zero .*)?in faulty.parquet alone", line)
 
@@ -66,11 +65,8 @@ def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_
     assert doubts.keys() == {"current scale", "missing samples", "wrapped"}
     assert doubts["missing samples"] == doubts["wrapped"] == "faulty.parquet"
     fit = read_fit(tmp_path / "saved")
-    assert [Path(motion.log).name for motion in fit.motions] == [
-        "bare.parquet",
-        "faulty.parquet, part 1",
-        "faulty.parquet, part 2",
-    ]
+    parts = ["bare.parquet", *(f"faulty.parquet, part {k}" for k in (1, 2))]
+    assert [Path(motion.log).name for motion in fit.motions] == parts
     assert set(fit.motion[fit.joint == 1].tolist()) == {1, 2, 3}
 
 

@@ -45,17 +45,13 @@ def asked(good, tmp_path, monkeypatch) -> Asked:
 
     def watched(arm: object, motions: list[Motion], **named: object) -> None:
         payloads = list(dict.fromkeys(id(each.payload) for each in motions if each.payload))
-        seen[:] = [
-            (
-                Path(each.recording.name).stem,
-                each.recording.t[0],
-                payloads.index(id(each.payload)) if each.payload else None,
-            )
-            for each in motions
-        ]
+        for each in motions:
+            mounting = payloads.index(id(each.payload)) if each.payload else None
+            seen.append((Path(each.recording.name).stem, each.recording.t[0], mounting))
         raise NotIdentifiable("seen")
 
     def run(*names: str) -> list[tuple[str, float, int | None]]:
+        seen.clear()
         assert main(words(tmp_path, *names)) == 2
         return list(seen)
 

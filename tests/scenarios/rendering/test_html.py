@@ -48,14 +48,7 @@ DRAWN = Plot(title=EVIL, caption=EVIL, x=EVIL, y=EVIL, draw=draw)
 
 def evil_report() -> Report:
     table = Table(title=EVIL, columns=(Column(title=EVIL, unit=EVIL, words=True),), rows=(cells(EVIL),))
-    parts = (
-        Paragraph(EVIL, Mood.BAD, strong=True),
-        Heading(EVIL),
-        Line(EVIL),
-        table,
-        Picture(EVIL, b"\x89PNG"),
-        DRAWN,
-    )
+    parts = (Paragraph(EVIL, Mood.BAD, strong=True), Heading(EVIL), Line(EVIL), table, Picture(EVIL, b"\x89PNG"), DRAWN)
     return Report(EVIL, parts, {EVIL: EVIL})
 
 
@@ -105,6 +98,15 @@ def test_rows_beyond_those_of_a_screen_are_folded_away():
     assert [f">{k}<" in folded for k in range(7)] == [False] * 3 + [True] * 4
     whole = renderer("html")(Report("T", (replace(table, shown=None),), {}), Page())
     assert Elements(whole).count("details") == 0
+
+
+def test_a_verdict_stands_after_the_first_column_and_the_document_is_on_the_page():
+    columns = (Column(title="Joint"), Column(title="Gain"), Column(title="Verdict", words=True))
+    page = renderer("html")(
+        Report("T", (Table(columns=columns, rows=(cells("2", "1.5", "passed"),)),), {"a": 0.5}), Page()
+    )
+    assert "".join(Elements(page).text.split()).endswith("JointVerdictGain2passed1.5")
+    assert '{"a":0.5}' in page
 
 
 def test_parts_stand_below_their_headings_and_adjacent_plots_together():

@@ -1,5 +1,4 @@
 import importlib.util
-import json
 import shutil
 from pathlib import Path
 
@@ -7,7 +6,6 @@ import page_folders
 import pytest
 
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.wording import rounded
 from scenarios.results.pages import kind_of, page_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -122,23 +120,3 @@ def test_a_narrow_page_scrolls_not_sideways_and_breaks_no_number_unit_or_option(
     assert view.locator(".whole").count() > 0
     assert broken == []
     view.set_viewport_size({"width": 1280, "height": 900})
-
-
-def test_the_numbers_of_a_run_are_those_of_its_json(folders, seen):
-    view = seen("run")[0]
-    saved = json.loads((folders("run") / "result.json").read_text())
-    rows = view.locator("table").first.locator("tbody tr").all()
-    assert len(rows) == 6
-    for row, gain in zip(rows, saved["gains"], strict=True):
-        cells = row.locator("th, td").all_inner_texts()
-        assert cells[0] == str(gain["joint"])
-        assert cells[1] == ("FAILED" if not gain["passed"] else "passed" if gain["identifiable"] else "refused")
-        spread = 2.0 * gain["std"] if gain["identifiable"] else None
-        assert cells[2] == rounded(gain["true"], spread)
-        if gain["identifiable"]:
-            assert cells[3] == rounded(gain["estimate"], spread)
-            assert cells[4] == f"{200 * gain['std'] / abs(gain['estimate']):.2f}"
-            assert cells[5] == f"{100 * gain['rel_error']:+.3f}"
-        else:
-            assert cells[3:5] == ["-", "-"]
-    assert json.loads(view.locator("#document").text_content()) == saved

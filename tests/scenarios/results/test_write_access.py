@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli import main
 from scenarios.command_line.output import Claim, right_to_write
 from scenarios.support.errors import ScenarioError
 
@@ -50,7 +49,7 @@ def test_what_was_written_before_a_stop_is_still_ours(tmp_path):
     write(tmp_path, "whole")
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{", '{"rx90 test": 3}', '{"rx90 test": ["a.txt"]}'])
+@pytest.mark.parametrize("text", ["", "[]", '{"rx90 test": ["a.txt"]}'])
 def test_a_record_that_is_none_records_nothing(tmp_path, text):
     (tmp_path / ".rx90.json").write_text(text)
     (tmp_path / "a.txt").write_text("mine")
@@ -65,20 +64,23 @@ def test_a_single_file_is_claimed_in_its_folder(tmp_path):
     held(tmp_path / "a.txt", ())
     with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test did not write this file"):
         held(tmp_path / "b.txt", ())
-    with pytest.raises(ScenarioError, match=r"a\.txt: rx90 test reads this file"):
-        held(tmp_path / "a.txt", (), reads=[str(tmp_path / "a.txt")])  # also as a word of an option
 
 
-def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch):
+def test_a_write_that_fails_is_told_with_the_file_asked_for_and_leaves_no_part(tmp_path, monkeypatch):
+    with Claim(tmp_path, ("kept.txt",), "rx90 one").writing():
+        (tmp_path / "kept.txt").write_text("whole")
+    known = json.loads((tmp_path / ".rx90.json").read_text())
     ours = held(tmp_path, ["a.txt"])
 
-    def full() -> None:
-        with ours.writing(), open("/dev/full", "w") as out:  # an error without a name, as of a file's own write
-            out.write("words")
+    def full(text: str) -> None:
+        with ours.writing():
+            (tmp_path / "a.txt").write_text(text)
+            raise OSError(errno.ENOSPC, "No space left on device")  # an error without a name, as of a file's own write
 
-    if Path("/dev/full").exists():
-        with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left on device$"):
-            full()
+    with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left on device$"):
+        full("half")
+    assert sorted(each.name for each in tmp_path.iterdir()) == [".rx90.json", "kept.txt"]
+    assert json.loads((tmp_path / ".rx90.json").read_text())["rx90 one"] == known["rx90 one"]
     monkeypatch.setattr(Path, "write_text", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left")))
     with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left$"), ours.writing():
         (tmp_path / "a.txt").touch()
@@ -99,37 +101,13 @@ def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_aske
         raise AssertionError("nothing is written")
 
 
-@pytest.mark.parametrize("force", [False, True])
-@pytest.mark.parametrize("way", ["itself", "another path", "a hard link"])
-def test_a_file_that_is_read_is_never_written_over(tmp_path, way, force):
+def test_a_file_that_is_read_is_never_written_over(tmp_path):
     write(tmp_path, "ours")
     (tmp_path / "below").mkdir()
     linked = tmp_path / "linked.txt"
     linked.hardlink_to(tmp_path / "b.txt")
-    read = {"itself": tmp_path / "b.txt", "another path": tmp_path / "below" / ".." / "b.txt", "a hard link": linked}
-    with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test reads this file"):
-        held(tmp_path, force=force, reads=[tmp_path / "none.txt", read[way]])
+    for read in (tmp_path / "b.txt", tmp_path / "below" / ".." / "b.txt", linked, str(linked)):  # also as a word
+        for force in (False, True):
+            with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test reads this file"):
+                held(tmp_path, force=force, reads=[tmp_path / "none.txt", read])
     held(tmp_path, reads=[tmp_path / ("n" * 300), tmp_path / "below"])
-
-
-def test_a_write_that_fails_leaves_no_part_and_keeps_what_is_recorded(tmp_path):
-    with Claim(tmp_path, ("kept.txt",), "rx90 one").writing():
-        (tmp_path / "kept.txt").write_text("whole")
-    known = (tmp_path / ".rx90.json").read_text()
-
-    def interrupted() -> None:
-        with Claim(tmp_path, ("page.html",), "rx90 two").writing():
-            (tmp_path / "page.html").write_text("half")
-            raise OSError(errno.ENOSPC, "No space left on device")
-
-    with pytest.raises(ScenarioError, match="No space left"):
-        interrupted()
-    assert sorted(each.name for each in tmp_path.iterdir()) == [".rx90.json", "kept.txt"]
-    assert json.loads((tmp_path / ".rx90.json").read_text())["rx90 one"] == json.loads(known)["rx90 one"]
-
-
-@pytest.mark.parametrize("columns", ["1", "2"])
-def test_text_on_a_terminal_of_hardly_a_column_is_wrapped_at_words(columns, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", columns)
-    assert main([]) == 0
-    assert "identify" in capsys.readouterr().out

@@ -14,18 +14,7 @@ from typing import TYPE_CHECKING, NoReturn
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest, needed_extra, shown
 from scenarios.command_line import arguments
-from scenarios.command_line.process import (
-    MEANINGS,
-    OUTPUT,
-    Status,
-    abandon,
-    complain,
-    ending,
-    open_streams,
-    signals_as_interrupts,
-    without_opengl,
-    write,
-)
+from scenarios.command_line.process import OUTPUT, Status, abandon, complain, ending, own_process, write
 from scenarios.commands import COMMANDS, EXAMPLES, FIRST, GROUPS, NEEDED, command
 from scenarios.experiments.scenario_files import builtin_names, find_scenario
 from scenarios.support.errors import ScenarioError
@@ -55,10 +44,9 @@ def main(words: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if words is None else words)
     try:
-        open_streams()
-        if shutil.get_terminal_size().columns < NARROWEST:
-            os.environ["COLUMNS"] = str(NARROWEST)
-        with signals_as_interrupts(), without_opengl():
+        with own_process():
+            if shutil.get_terminal_size().columns < NARROWEST:
+                os.environ["COLUMNS"] = str(NARROWEST)
             try:
                 return _carried_out(words)
             finally:
@@ -257,7 +245,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 def parser_of(wanted: Collection[str]) -> OneLineParser:
     """Return the parser. Only commands in `wanted` are imported, for their arguments."""
-    statuses = [_filled(f"  {status:<4} {meaning}", 7) for status, meaning in MEANINGS.items()]
+    statuses = [_filled(f"  {status:<4} {status.meaning}", 7) for status in Status]
     parser = OneLineParser(
         prog="rx90",
         usage="rx90 [-h] [--version] [--print-completion SHELL] COMMAND ...",

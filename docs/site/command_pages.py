@@ -4,7 +4,7 @@ import argparse
 import os
 
 from scenarios.cli import OneLineParser
-from scenarios.command_line.process import MEANINGS
+from scenarios.command_line.process import Status
 from scenarios.commands import EXAMPLES, GROUPS, command
 
 HEAD = """# Commands
@@ -28,7 +28,7 @@ def commands_page() -> str:
     sections = ""
     for group, members in GROUPS.items():
         sections += f"## {group[0].upper()}{group[1:]}\n\n" + "\n".join(map(_section, members, members.values()))
-    return HEAD + sections + STATUSES + "".join(f"| {s:d} | {_cell(text)} |\n" for s, text in MEANINGS.items())
+    return HEAD + sections + STATUSES + "".join(f"| {s:d} | {_cell(s.meaning)} |\n" for s in Status)
 
 
 def _section(name: str, summary: str) -> str:

@@ -16,31 +16,27 @@ from ident.support.naming import one_line
 
 
 class Status(IntEnum):
-    """Exit status of a command."""
+    """Exit status of a command, and its meaning."""
 
-    PASSED = 0
-    MISSED = 1
-    BAD_INPUT = 2
-    UNFORESEEN = 70
-    NO_OUTPUT = 74
-    HUNG_UP = 129
-    INTERRUPTED = 130
-    NOBODY_READS = 141
-    ENDED = 143
+    meaning: str
+
+    def __new__(cls, value: int, meaning: str) -> "Status":
+        """Make a member of a number and its meaning."""
+        status = int.__new__(cls, value)
+        status._value_, status.meaning = value, meaning
+        return status
+
+    PASSED = 0, "passed"
+    MISSED = 1, "a tolerance was exceeded, or a check found a fault"
+    BAD_INPUT = 2, "bad input: a line on stderr states the fault, its place and the remedy"
+    UNFORESEEN = 70, "internal error: please report it (RX90_TRACEBACK=1 shows where)"
+    NO_OUTPUT = 74, "standard output is closed or not writable"
+    HUNG_UP = 129, "the terminal was closed (SIGHUP)"
+    INTERRUPTED = 130, "Ctrl-C"
+    NOBODY_READS = 141, "broken pipe: the reader closed the output, as in rx90 list | head -1"
+    ENDED = 143, "terminated (SIGTERM)"
 
 
-MEANINGS = {
-    Status.PASSED: "passed",
-    Status.MISSED: "a tolerance was exceeded, or a check found a fault",
-    Status.BAD_INPUT: "bad input: a line on stderr states the fault, its place and the remedy",
-    Status.UNFORESEEN: "internal error: please report it (RX90_TRACEBACK=1 shows where)",
-    Status.NO_OUTPUT: "standard output is closed or not writable",
-    Status.HUNG_UP: "the terminal was closed (SIGHUP)",
-    Status.INTERRUPTED: "Ctrl-C",
-    Status.NOBODY_READS: "broken pipe: the reader closed the output, as in rx90 list | head -1",
-    Status.ENDED: "terminated (SIGTERM)",
-}
-"""Meanings, for `rx90 --help`."""
 OUTPUT = "standard output"
 """Name of the file of an `OSError` if nothing can be written there."""
 OPENGL, ASKED = "MUJOCO_GL", "RX90_MUJOCO_GL"
@@ -50,6 +46,14 @@ OPENGL, ASKED = "MUJOCO_GL", "RX90_MUJOCO_GL"
 def ending(interrupt: KeyboardInterrupt) -> Status:
     """Return the exit status after Ctrl-C, or after a signal, whose interrupt states it."""
     return interrupt.args[0] if interrupt.args else Status.INTERRUPTED
+
+
+@contextlib.contextmanager
+def own_process() -> Generator[None]:
+    """Settle streams and signals, and import MuJoCo without OpenGL; `OSError` if standard output is closed."""
+    open_streams()
+    with signals_as_interrupts(), without_opengl():
+        yield
 
 
 @contextlib.contextmanager

@@ -75,17 +75,13 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
         "Each --loaded belongs to the --payload after it; all three may be repeated. Motions are sorted by time if all "
         "files have absolute time (seconds since 1970), otherwise they are taken in the order given."
     )
-    group = parser.add_argument_group("recordings", text)
-
-    def add(option: str, metavar: str, many: int | str, what: str) -> None:
-        kind = partial(_with_option, option)
-        group.add_argument(
-            option, type=kind, nargs=many, action="append", dest="given", default=[], metavar=metavar, help=what
-        )
-
-    add(UNLOADED, "A", "+", "recordings with a bare flange")
-    add(LOADED, "B", "+", "recordings with one payload")
-    add(PAYLOAD, "P", 1, "payload of the preceding --loaded, TOML")
+    add = partial(parser.add_argument_group("recordings", text).add_argument, action="append", dest="given", default=[])
+    for option, metavar, count, what in (
+        (UNLOADED, "A", "+", "recordings with a bare flange"),
+        (LOADED, "B", "+", "recordings with one payload"),
+        (PAYLOAD, "P", 1, "payload of the preceding --loaded, TOML"),
+    ):
+        add(option, type=partial(_with_option, option), nargs=count, metavar=metavar, help=what)
 
 
 def _with_option(option: str, text: str) -> tuple[str, Path]:
@@ -111,9 +107,8 @@ def mountings(options: Sequence[Sequence[tuple[str, Path]]]) -> tuple[Mounting, 
         if option == LOADED and after != PAYLOAD:
             raise ScenarioError(f"{words}: no payload follows it; describe what was mounted, {PAYLOAD} P.toml")
         if option == PAYLOAD and before != LOADED:
-            raise ScenarioError(
-                f"{words}: no {LOADED} without a payload precedes it; give one payload to each {LOADED}"
-            )
+            remedy = f"give one payload to each {LOADED}"
+            raise ScenarioError(f"{words}: no {LOADED} without a payload precedes it; {remedy}")
         if option != PAYLOAD:
             found.append(Mounting(files, next(iter(below)) if option == LOADED else None))
         before = option
@@ -127,8 +122,7 @@ def read_motions(mounted: Sequence[Mounting], description: LogDescription) -> "t
 
     motions = list[Motion]()
     for recordings, path in mounted:
-        read = read_unrepaired(recordings, description)
-        payload = None if path is None else read_payload(path)
+        read, payload = read_unrepaired(recordings, description), None if path is None else read_payload(path)
         motions += [Motion(each, payload) for each in read]
     return tuple(in_order_of_time(motions))
 
@@ -198,17 +192,12 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     description = replace(description, **changes)
     if joint_names is None:
         return description
-    if description.joints is not None and description.joints != tuple(joint_names):
-        expected = ", ".join(joint_names)
-        if sorted(description.joints) == sorted(joint_names):
-            raise ScenarioError(
-                f"joints are given as {', '.join(description.joints)}; expected the model's order {expected}"
-            )
-        if len(description.joints) != len(joint_names):
-            raise ScenarioError(
-                f"{len(description.joints)} joints are given, the model has {len(joint_names)}: {expected}"
-            )
-    return replace(description, joints=description.joints or tuple(joint_names))
+    joints, known = description.joints or tuple(joint_names), ", ".join(joint_names)
+    if joints != tuple(joint_names) and sorted(joints) == sorted(joint_names):
+        raise ScenarioError(f"joints are given as {', '.join(joints)}; expected the model's order {known}")
+    if len(joints) != len(joint_names):
+        raise ScenarioError(f"{len(joints)} joints are given, the model has {len(joint_names)}: {known}")
+    return replace(description, joints=joints)
 
 
 def read_unrepaired(paths: Sequence[Path], description: LogDescription) -> "list[Recording]":

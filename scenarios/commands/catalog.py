@@ -79,13 +79,13 @@ def view_command(options: argparse.Namespace) -> Status:
     import numpy as np
 
     from scenarios.experiments.scenario import load_scenario, setup_of
+    from scenarios.rendering.wording import many
     from scenarios.support.progress import counted
     from sim.viewer import pictures, scene, watch
 
     if path is not None and path.suffix.lower() not in ENDINGS:
         raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(ENDINGS)}")
-    setup = setup_of(load_scenario(options.scenario))
-    motions = setup.experiments
+    motions = setup_of(load_scenario(options.scenario)).experiments
     duration = max(motion.trajectory.duration for motion in motions)
     if options.at is not None and options.at > duration:
         raise ScenarioError(f"--at {options.at:g} s: the motion ends at {duration:g} s; name a time up to that")
@@ -98,12 +98,11 @@ def view_command(options: argparse.Namespace) -> Status:
         times = (0.5 * duration if options.at is None else options.at,)
     shown, width = scene(motions, times), options.width
     height = shown.height(width)
-    drawn = pictures(shown, times, width=width, height=height)
     with claim.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
-        write_pictures(path, counted(drawn, stages))
-    size, names = f"{width} x {height}", ", ".join(motion.name for motion in motions)
-    write(f"{one_line(str(path))}: {len(times)} picture{'s' if len(times) > 1 else ''} of {size}, from left: {names}\n")
+        write_pictures(path, counted(pictures(shown, times, width=width, height=height), stages))
+    names = ", ".join(motion.name for motion in motions)
+    write(f"{one_line(path)}: {many(len(times), 'picture')} of {width} x {height}, from left: {names}\n")
     return Status.PASSED
 
 
@@ -146,8 +145,8 @@ def report_command(options: argparse.Namespace) -> Status:
     claim = output.right_to_write(options, path, command="rx90 report")
     with output.under_way(options, "drawing"):
         report = page_of(options.folder)
-        text = renderer("html")(report if options.no_picture else with_picture(report, options.folder), Page())
-    content = text.encode(errors="backslashreplace")
+        report = report if options.no_picture else with_picture(report, options.folder)
+        content = renderer("html")(report, Page()).encode(errors="backslashreplace")
     with claim.writing():
         path.write_bytes(content)
     write(f"{path}: {len(content) / 1e6:.2f} MB, open it in any browser\n")

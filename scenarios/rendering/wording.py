@@ -30,6 +30,11 @@ def percent(share: float | None, form: str = ".3f") -> str:
     return number(None if share is None else 100.0 * share, form)
 
 
+def percent_range(low: float, high: float, form: str = ".3f") -> str:
+    """Return an interval of shares in percent."""
+    return f"{percent(low, form)}..{percent(high, form)}"
+
+
 def two_sigma(std: float | None, form: str = ".2f") -> str:
     """Return two standard deviations in percent, from a relative standard deviation."""
     return percent(None if std is None else 2.0 * std, form)

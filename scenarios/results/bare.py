@@ -153,7 +153,7 @@ class Links(ResultModel, allow_inf_nan=False):
 
         units = {each.motor_unit for each in self.links}
         motor = f"Motor [{units.pop() if len(units) == 1 else 'kg (m^2)'}]"
-        doubt = self.farthest_deviations > FAR
+        doubt, inertia = self.farthest_deviations > FAR, "ixx iyy izz ixy ixz iyz [kg m^2]"
         words = (
             "Data determine only base parameters. Shown are the physically consistent links nearest to the model that "
             f"have these base parameters. {self.farthest_parameter} differs most from its estimate, by "
@@ -165,9 +165,7 @@ class Links(ResultModel, allow_inf_nan=False):
             column("Joint", lambda each: each.joint),
             column("Mass [kg]", lambda each: number(each.mass, "#.4g")),
             column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
-            column(
-                "ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: alike([value for _, value in each.inertia]), words=True
-            ),
+            column(inertia, lambda each: alike([value for _, value in each.inertia]), words=True),
             column(motor, lambda each: number(each.motor_inertia, "#.4g")),
             title="Physically consistent links, in SI, each in the frame of its joint",
         )
@@ -222,16 +220,13 @@ class BareResult(DiagnosedResult):
         errors = {each.joint - 1: each.predicted_rel_error for each in self.joints}
         warnings = prediction_warnings({j: error for j, error in errors.items() if error is not None})
         yield from (Paragraph(sentence(f"WARNING: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings)
-        for each in self.joints:
-            if each.reason is not None:
-                yield Paragraph(sentence(f"Joint {each.joint}: {each.reason}"))
+        refused = [each for each in self.joints if each.reason is not None]
+        yield from (Paragraph(sentence(f"Joint {each.joint}: {each.reason}")) for each in refused)
         for each in self.joints:
             if each.off is not None:
-                yield Paragraph(
-                    f"The ratio of joint {each.joint} to joint {self.reference} is {two_digits(100.0 * abs(each.off))} "
-                    f"% {'below' if each.off < 0.0 else 'above'} that of the given gains "
-                    f"(2 sigma {two_digits(200.0 * (each.off_std or 0.0))} %)."
-                )
+                size = f"{two_digits(100.0 * abs(each.off))} % {'below' if each.off < 0.0 else 'above'}"
+                said = f"The ratio of joint {each.joint} to joint {self.reference} is {size} that of the given gains"
+                yield Paragraph(f"{said} (2 sigma {two_digits(200.0 * (each.off_std or 0.0))} %).")
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes if note not in warnings)
         yield from self.horizon_fold()
@@ -255,7 +250,7 @@ class BareResult(DiagnosedResult):
         own = [(each.joint, term) for each in self.joints for term in each.friction]
         yield table(own, column("Joint", lambda row: row[0]), *numbers, title="Friction and offset, in drive units")
         there = {term.parameter.partition(" ")[0] for _, term in own}
-        yield Paragraph(f"{'; '.join(f'{name}: {words}' for name, words in TERMS.items() if name in there)}.")
+        yield Paragraph("; ".join(f"{name}: {words}" for name, words in TERMS.items() if name in there) + ".")
         if self.consistent is None:
             yield Paragraph(f"No parameters of single links: {self.consistent_reason}.")
         else:

@@ -54,12 +54,12 @@ def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
     """Return the rows of an estimate."""
     arm, logs = prepared.problem.structure.arm, [motion.recording for motion in prepared.motions]
     joints = sorted(estimate.solution.rows.unknowns)
-    found = [fit_rows(prepared.problem, estimate, joint, logs) for joint in joints]
+    motions, rows, still = zip(*(fit_rows(prepared.problem, estimate, joint, logs) for joint in joints), strict=True)
     return Fit(
-        joint=np.concatenate([np.full(len(motion), j + 1) for j, (motion, _, _) in zip(joints, found, strict=True)]),
-        motion=np.concatenate([motion + 1 for motion, _, _ in found]),
-        rows={name: np.concatenate([rows[name] for _, rows, _ in found]) for name in COLUMNS},
-        still={joint + 1: still for joint, (_, _, still) in zip(joints, found, strict=True)},
+        joint=np.repeat(np.array(joints) + 1, list(map(len, motions))),
+        motion=np.concatenate(motions) + 1,
+        rows={name: np.concatenate([own[name] for own in rows]) for name in COLUMNS},
+        still={joint + 1: own for joint, own in zip(joints, still, strict=True)},
         motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing), arm) for each in logs),
         begins=begins(logs),
     )
@@ -165,16 +165,10 @@ def torque_plot(
         below.axhline(0.0, **LIMIT)
         below.set_ylabel(f"Residual\n[{'units' if refused else unit}]")
 
-    share = float(np.linalg.norm(residual) / np.linalg.norm(measured))
+    share = f"{100.0 * float(np.linalg.norm(residual) / np.linalg.norm(measured)):.2g} %"
     what = "Current (the gain is refused)" if refused else "Gain times current"
-    quantity = {"N m": "Torque", "N": "Force"}.get(unit, "Current")
     every = "every row" if step == 1 else f"one row in {step}"
-    return Plot(
-        title=f"Joint {joint + 1}",
-        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(t)}.",
-        x="Time [s]",
-        y=f"{quantity} [{unit}]",
-        draw=draw,
-        wide=True,
-        heights=(170, 50),
-    )
+    caption = f"{what}; residual {share} of its rms. Shown: {every} of {len(t)}."
+    quantity = {"N m": "Torque", "N": "Force"}.get(unit, "Current")
+    title, y = f"Joint {joint + 1}", f"{quantity} [{unit}]"
+    return Plot(title=title, caption=caption, x="Time [s]", y=y, draw=draw, wide=True, heights=(170, 50))

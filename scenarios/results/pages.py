@@ -58,16 +58,15 @@ def page_of(folder: Path) -> Report:
 
 def kind_of(folder: Path) -> str:
     """Return the kind of a folder, a key of `PAGES`."""
+    place = one_line(folder)
     if not folder.is_dir():
-        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
+        raise ScenarioError(f"{place}: not a folder; expected one written by {LEAVERS}")
     for name, key in ((RECORD, "kind"), (STUDY, "study")):
         if (folder / name).is_file():
             stated = read_json(folder / name)
             kind = stated.get(key) if isinstance(stated, dict) else None
             if kind == "comparison":
-                raise ScenarioError(
-                    f"{one_line(folder)}: is one scenario of a comparison; give the folder that contains it"
-                )
+                raise ScenarioError(f"{place}: is one scenario of a comparison; give the folder that contains it")
             if kind not in PAGES:
                 known = f"known: {', '.join(PAGES)}; damaged, or from another version"
                 raise ScenarioError(f"{one_line(folder / name)}: states {key} {one_line(kind)!r}; {known}")
@@ -75,9 +74,8 @@ def kind_of(folder: Path) -> str:
     for name, kind in ((COMPARISON, "comparison"), (PAPER, "paper")):
         if (folder / name).is_file():
             return kind
-    raise ScenarioError(
-        f"{one_line(folder)}: contains no whole result of this version; expected a folder written by {LEAVERS}"
-    )
+    lacking = "contains no whole result of this version"
+    raise ScenarioError(f"{place}: {lacking}; expected a folder written by {LEAVERS}")
 
 
 def page(folder: Path) -> Report:
@@ -119,23 +117,15 @@ def current_plot(log: Recording, joint: int) -> Plot:
     def draw(axes: "Axes") -> None:
         axes.plot(t, v)
 
-    return Plot(
-        title=f"Joint {joint + 1}",
-        caption=f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample.",
-        x="Time [s]",
-        y="Current [drive units]",
-        draw=draw,
-        wide=True,
-        heights=(110,),
-    )
+    title, y = f"Joint {joint + 1}", "Current [drive units]"
+    caption = f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample."
+    return Plot(title=title, caption=caption, x="Time [s]", y=y, draw=draw, wide=True, heights=(110,))
 
 
 def how_to_identify(gains: Sequence[ResultGain], allowed: float) -> list[Part]:
     """Return what would identify each refused gain; `allowed` is the largest relative standard deviation of others."""
     parts: list[Part] = []
-    for each in gains:
-        if each.identifiable:
-            continue
+    for each in (gain for gain in gains if not gain.identifiable):
         if each.predicted_rel_std is None:
             said = "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
         elif each.predicted_rel_std <= allowed:
@@ -173,12 +163,9 @@ def still(named: str) -> Picture | None:
         path = Path(place) / "still.png"
         words = ["view", named, "--render", str(path), "--width", str(WIDTH)]
         try:
-            done = subprocess.run(
-                [sys.executable, "-m", "scenarios", *words], capture_output=True, timeout=PATIENCE, check=False
-            )
-        except (OSError, subprocess.TimeoutExpired):
+            command = [sys.executable, "-m", "scenarios", *words]
+            subprocess.run(command, capture_output=True, timeout=PATIENCE, check=True)
+            drawn = path.read_bytes()
+        except (OSError, subprocess.SubprocessError):
             return None
-        if done.returncode or not path.is_file():
-            return None
-        caption = f"Scenario {named}, half-way through its motions, as rx90 view draws it"
-        return Picture(caption, path.read_bytes())
+        return Picture(f"Scenario {named}, half-way through its motions, as rx90 view draws it", drawn)

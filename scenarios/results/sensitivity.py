@@ -17,7 +17,7 @@ from scenarios.experiments.study_folder import StudyFolder, read_study
 from scenarios.rendering.content import Heading, Paragraph, Part, Report, column, table
 from scenarios.rendering.plot import COLOURS, LIMIT, Plot
 from scenarios.rendering.result import ResultModel
-from scenarios.rendering.wording import percent
+from scenarios.rendering.wording import percent, percent_range
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
 from scenarios.support.errors import ScenarioError
@@ -163,8 +163,8 @@ def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interv
 
 def _rms(error: Array, seed: int) -> Interval:
     samples = error[_resampled(len(error), seed)] if len(error) > 1 and np.ptp(error) > 0.0 else error[None]
-    rms = np.sqrt(np.mean(error[None] ** 2, axis=1))
-    return Interval.of(rms, np.percentile(np.sqrt(np.mean(samples**2, axis=1, keepdims=True)), TAILS, axis=0))[0]
+    low, high = np.percentile(np.sqrt(np.mean(samples**2, axis=1)), TAILS).tolist()
+    return Interval(value=float(np.sqrt(np.mean(error**2))), low=low, high=high)
 
 
 def _resampled(n: int, seed: int) -> Indices:
@@ -208,18 +208,15 @@ class Budget(ResultModel):
         for budget in self.joints:
             floor = "refused" if budget.floor is None else f"{100.0 * budget.floor:+.3f} %"
             lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
+            parts = f"sum of the single sources: {100.0 * budget.summed:.3f} %, none: {floor}; Sobol indices from "
             yield Heading(f"Joint {budget.joint}")
-            yield Paragraph(
-                f"All together {percent(budget.together)} % rms "
-                f"(sum of the single sources: {100.0 * budget.summed:.3f} %, none: {floor}; "
-                f"Sobol indices from {budget.samples} rows){lost}."
-            )
+            yield Paragraph(f"All together {percent(budget.together)} % rms ({parts}{budget.samples} rows){lost}.")
             hidden = budget.costs[SHOWN:]
             yield table(
                 budget.costs,
                 column("Source", lambda cost: cost.source, words=True),
                 column("Alone [% rms]", lambda cost: percent(cost.rms.value)),
-                column("95 % interval [%]", lambda cost: f"{percent(cost.rms.low)}..{percent(cost.rms.high)}"),
+                column("95 % interval [%]", lambda cost: percent_range(cost.rms.low, cost.rms.high)),
                 column("Bias [%]", lambda cost: percent(cost.bias, "+.3f")),
                 column("Share [%]", lambda cost: percent(cost.share, ".1f")),
                 column("First order", lambda cost: _index(cost.first)),
@@ -227,8 +224,7 @@ class Budget(ResultModel):
                 shown=SHOWN,
                 rest=f"and {len(hidden)} more with {100.0 * sum(cost.share for cost in hidden):.2g} % together",
             )
-            if budget.silent:
-                silent = ", ".join(budget.silent)
+            if silent := ", ".join(budget.silent):
                 text = f"Effect unknown, as no trial with one of these sources alone gave a gain: {silent}."
                 yield Paragraph(text, strong=True)
             if budget.costs:
@@ -254,25 +250,20 @@ def cost_plot(budget: BudgetJoint, order: Sequence[str]) -> Plot:
     """Return the plot of one joint's rms error from each of the largest sources alone (`order`), with intervals."""
     tolerance, costs = 100.0 * budget.tolerance, {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]
-    largest = max(100.0 * cost.value for cost in costs.values())
-    inside = tolerance <= 2.0 * largest
-    beyond = " Dashed: the tolerance." if inside else f" The tolerance, {tolerance:.3g} %, is outside the plot."
+    inside = tolerance <= 200.0 * max(cost.value for cost in costs.values())
+    beyond = "Dashed: the tolerance." if inside else f"The tolerance, {tolerance:.3g} %, is outside the plot."
 
     def draw(axes: "Axes") -> None:
-        at, found = [order.index(source) for source in there], [costs[source] for source in there]
-        axes.barh(at, [100.0 * each.value for each in found], 0.75, edgecolor=COLOURS["ink"], lw=0.5)
-        axes.hlines(at, [100.0 * each.low for each in found], [100.0 * each.high for each in found], COLOURS["ink"])
+        at, ends = [order.index(source) for source in there], [costs[source] for source in there]
+        value, low, high = 100.0 * np.array([(each.value, each.low, each.high) for each in ends]).T
+        axes.barh(at, value, 0.75, edgecolor=COLOURS["ink"], lw=0.5)
+        axes.hlines(at, low, high, COLOURS["ink"])
         axes.set_yticks(range(len(order)), order)
         axes.set_ylim(len(order) - 0.4, -0.6)  # the first at the top
         axes.grid(visible=False, axis="y")
         if inside:
             axes.axvline(tolerance, **LIMIT)
 
-    return Plot(
-        title=f"Joint {budget.joint}",
-        caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "
-        f"intervals.{beyond}",
-        x="Rms error from the source alone [%]",
-        y="",
-        draw=draw,
-    )
+    ranked = f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap intervals."
+    title, x = f"Joint {budget.joint}", "Rms error from the source alone [%]"
+    return Plot(title=title, caption=f"{ranked} {beyond}", x=x, y="", draw=draw)

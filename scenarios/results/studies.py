@@ -29,7 +29,7 @@ from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table, verdict
 from scenarios.rendering.plot import LIMIT, Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
-from scenarios.rendering.wording import joints_named, many, percent
+from scenarios.rendering.wording import joints_named, many, percent, percent_range
 from scenarios.results.record import repeated
 from scenarios.support.errors import ScenarioError
 
@@ -84,6 +84,7 @@ class StudyResult(ResultModel):
     def parts(self) -> Iterable[Part]:
         """Verdict, errors and intervals of each joint, failures by kind, coverage and pass rates."""
         yield self._verdict()
+        moods = {True: Mood.PLAIN, False: Mood.BAD}
         yield table(
             self.joints,
             column("Joint", lambda joint: joint.joint),
@@ -96,31 +97,18 @@ class StudyResult(ResultModel):
             column("Gains", lambda joint: joint.gains),
             column("Refused", lambda joint: joint.refused, file_only=True),
             column("Failed", lambda joint: joint.failed, file_only=True),
-            column(
-                "Passed [%]",
-                lambda joint: Cell(percent(joint.pass_rate, ".1f"), Mood.PLAIN if joint.held else Mood.BAD),
-            ),
-            column(
-                "95 % interval [%]",
-                lambda joint: f"{percent(joint.pass_low, '.1f')}..{percent(joint.pass_high, '.1f')}",
-            ),
+            column("Passed [%]", lambda joint: Cell(percent(joint.pass_rate, ".1f"), moods[joint.held])),
+            column("95 % interval [%]", lambda joint: percent_range(joint.pass_low, joint.pass_high, ".1f")),
         )
         yield Paragraph(TRIALS)
         for kind, count in self.failures.items():
             yield Paragraph(f"{many(count, 'trial')} failed: {kind}.")
-        held = {
-            joint.joint: in_percent(coverage_of(round(joint.cover_2 * joint.gains), joint.gains))
-            for joint in self.joints
-            if joint.cover_2 is not None
-        }
-        yield intervals_plot(
-            "Coverage of two estimated standard deviations",  # a gain without one is a miss
-            f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.",
-            "Held [% of gains]",
-            [joint.joint for joint in self.joints],
-            {"Within 2 sigma": held},
-            limit=100.0 * NORMAL,
-        )
+        known = [joint for joint in self.joints if joint.cover_2 is not None]
+        held = {x.joint: in_percent(coverage_of(round((x.cover_2 or 0.0) * x.gains), x.gains)) for x in known}
+        title, nominal = "Coverage of two estimated standard deviations", 100.0 * NORMAL  # a gain without one is a miss
+        said = f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {nominal:.1f} %, the nominal coverage."
+        joints, series = [joint.joint for joint in self.joints], {"Within 2 sigma": held}
+        yield intervals_plot(title, said, "Held [% of gains]", joints, series, limit=nominal)
 
     def _verdict(self) -> Paragraph:
         failed = [joint.joint for joint in self.joints if not joint.held]
@@ -145,13 +133,9 @@ def monte_carlo_page(folder: Path) -> Report:
     rows = study.rows.table(COLUMNS)
     result = StudyResult.of(study.scenario, study.seed, rows)
     about = {"Trials": str(study.trials), "First seed": str(study.seed)}
-    return result.report(
-        result.title(study.trials),
-        Heading("Errors"),
-        *error_plots(rows),
-        *worst_trials(rows, study.named),
-        *repeated({"Original command": study.command}, about, study.versions),
-    )
+    parts = [Heading("Errors"), *error_plots(rows), *worst_trials(rows, study.named)]
+    origin = repeated({"Original command": study.command}, about, study.versions)
+    return result.report(result.title(study.trials), *parts, *origin)
 
 
 def in_percent(found: Coverage) -> tuple[float, float, float]:
@@ -206,16 +190,9 @@ def error_plots(study: pd.DataFrame) -> list[Plot]:
         outside = "" if tolerance <= end else f" The tolerance, {tolerance:.3g} %, is outside the plot."
         limits = () if outside else (-tolerance, tolerance)
         errors = np.repeat(edges, 2), np.r_[0.0, np.repeat(density, 2), 0.0]
-        plots.append(
-            Plot(
-                title=f"Joint {joint}",
-                caption=f"{len(error)} errors.{outside}",
-                x="Error [%]",
-                y="Density [1/%]",
-                draw=partial(_draw_curves, curves={"Errors": errors, "Estimated": (x, estimated)}, limits=limits),
-                heights=(130,),
-            )
-        )
+        draw = partial(_draw_curves, curves={"Errors": errors, "Estimated": (x, estimated)}, limits=limits)
+        title, said, y = f"Joint {joint}", f"{len(error)} errors.{outside}", "Density [1/%]"
+        plots.append(Plot(title=title, caption=said, x="Error [%]", y=y, draw=draw, heights=(130,)))
     return plots
 
 
@@ -233,12 +210,10 @@ def worst_trials(study: pd.DataFrame, scenario: str) -> list[Part]:
         column("Error [%]", lambda each: percent(each.rel_error, "+.3f")),
         column("z", lambda each: f"{each.z:+.2f}"),
     )
-    seed = rows[0].seed
+    seed, expected = rows[0].seed, f"{float(stats.norm.isf(0.5 / len(finite))):.1f}"
     command = shlex.join(["rx90", "run", scenario, "--seed", str(seed), "--save", f"seed-{seed}"])
-    said = (
-        f"Errors in units of the estimated standard deviation; the largest of {len(finite)} normal errors is expected "
-        f"at about {float(stats.norm.isf(0.5 / len(finite))):.1f}. To reproduce the worst trial:"
-    )
+    said = f"Errors in units of the estimated standard deviation; the largest of {len(finite)} normal errors is "
+    said += f"expected at about {expected}. To reproduce the worst trial:"
     return [Heading("Trials with the largest errors"), listed, Paragraph(said), Line(command)]
 
 

@@ -139,8 +139,7 @@ def compare_command(options: argparse.Namespace) -> Status:
 
     loaded = [load_scenario(name) for name in options.scenarios]
     names = [scenario.name for scenario in loaded]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
+    for twice in (name for name in names if names.count(name) > 1):
         raise ScenarioError(f"scenario {twice!r} is given twice; each has a folder of its name")
     claim = output.right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
@@ -156,14 +155,11 @@ def compare_command(options: argparse.Namespace) -> Status:
         "Date": datetime.now(UTC).date().isoformat(),
         "Versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
     }
-    external = [f"{each.text} with {', '.join(map(' '.join, each.digests))}" for each in methods if each.digests]
-    if external:
+    if external := [f"{x.text} with {', '.join(map(' '.join, x.digests))}" for x in methods if x.digests]:
         about["External methods"] = "; ".join(external)
     texts = [method.text for method in methods]
-    scenarios = [
-        compared(scenario.name, folder.table(NEEDED), texts) for scenario, folder in zip(loaded, folders, strict=True)
-    ]
-    found = Comparison(about=about, scenarios=scenarios)
+    rows = [folder.table(NEEDED) for folder in folders]
+    found = Comparison(about=about, scenarios=[compared(*of, texts) for of in zip(names, rows, strict=True)])
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
     with claim.writing():
         for name in (REPORT, DOCUMENT):

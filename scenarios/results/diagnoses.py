@@ -134,12 +134,14 @@ def unseen_verdict(
     if found is None:
         return []
     passed, log = found.passed if passed is None else passed, PurePath(found.log).name
-    said = f"of the currents of {log}, not used in any fit"
-    if fitted := [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]:
-        said += f" (residual of the fit {_digits(float(np.sqrt(np.mean(np.square(fitted)))))} %)"
-    errors = f"{_digits(found.rel_error)} %"
+    text = f"rediction error {_digits(found.rel_error)} %"
     if found.verdict is not None:
-        errors += f" with {this}, {_digits(found.other_rel_error)} % with {other},"
+        text += f" with {this}, {_digits(found.other_rel_error)} % with {other},"
+    text += f" of the currents of {log}, not used in any fit"
+    if fitted := [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]:
+        text += f" (residual of the fit {_digits(float(np.sqrt(np.mean(np.square(fitted)))))} %)"
+    if passed and found.verdict is None:
+        return [Paragraph(f"P{text}.", strong=True)]
     why = ": the difference is not significant" if found.verdict == "no different" else ""
     if why and not found.loaded and found.fitted:
         why += "; a motion with a weighed payload distinguishes gains better than a bare one"
@@ -147,19 +149,12 @@ def unseen_verdict(
         listed = ", ".join(f"joint {each.joint + 1} ({_digits(each.rel_error)} %)" for each in beyond)
         most = [each.largest_rel_error or 0.0 for each in beyond]
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
-        why += (
-            f". The prediction of {log} fails on {listed}; at most {less} % is expected. Its payload, unit or sign is "
-            f"not as specified, or gains, arm model or friction are wrong"
-        )
-
+        why += f". The prediction of {log} fails on {listed}; at most {less} % is expected. Its payload, unit or sign "
+        why += "is not as specified, or gains, arm model or friction are wrong"
     if wrong := [each for each in found.joints if each.doubted]:
         off = ", ".join(f"{_digits(each.gain_rel_error, sign='+')} % (joint {each.joint + 1})" for each in wrong)
         why += f". By its payload the gains are off by {off}, or the payload is not as specified"
-    text = f"rediction error {errors} {said}"
-    first = verdict(f"p{text}{why}", passed)
-    if passed and found.verdict is None:
-        first = Paragraph(f"P{text}.", strong=True)
-    return [first]
+    return [verdict(f"p{text}{why}", passed)]
 
 
 def _digits(share: float | None, *, sign: str = "") -> str:
@@ -181,10 +176,8 @@ def unseen_parts(
             return None
         return f"{number(100.0 * joint.gain_rel_error, '+.1f')} ± {200.0 * joint.gain_rel_std:.1f}"
 
-    columns: list[ColumnOf[UnseenJoint]] = [
-        column("Joint", lambda joint: joint.joint + 1),
-        share("Prediction\nerror", "rel_error"),
-    ]
+    number_of: ColumnOf[UnseenJoint] = column("Joint", lambda joint: joint.joint + 1)
+    columns = [number_of, share("Prediction\nerror", "rel_error")]
     columns += [share(f"Error,\n{other}", "other_rel_error")] if found.verdict is not None else []
     columns += [share("Residual\nof the fit", "fitted_rel_error")] if found.fitted else []
     columns += [share("At most\nexpected", "largest_rel_error")]

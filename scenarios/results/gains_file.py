@@ -221,8 +221,8 @@ def _faults(file: GainsFile) -> Iterator[str]:
         if entry.identifiable and missing:
             yield f"gains.{entry.joint}: {missing[0]} is missing; give it, or identifiable = false and a reason"
         if not entry.identifiable and (len(missing) < 2 or entry.curve is not None):
-            advice = "leave out estimate and std, or identifiable = false"
-            yield f"gains.{entry.joint}: refused but has a number; {advice}"
+            fault = f"gains.{entry.joint}: refused but has a number"
+            yield f"{fault}; leave out estimate and std, or identifiable = false"
     sizes, k = [len(row) for row in file.covariance or ()], len(given)
     if file.covariance is not None and sizes != [k] * k:
         yield f"covariance: rows of {shown(sizes)} numbers; expected {k} of {k}, one per identifiable joint"
@@ -250,11 +250,18 @@ def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
         }
         for j, (joint, revolute) in enumerate(zip(estimate.joints, origin.arm.revolute, strict=True), 1)
     ]
-
-    def stated(options: object) -> dict[str, JsonValue]:
-        values = {name: getattr(options, name) for name in keys_of(type(options))}
-        return {name: value for name, value in values.items() if value is not None}
-
+    recordings = [
+        {
+            "name": Path(each.recording.name).name,
+            "sha256": recording_digest(each.recording),
+            "marks": row_marks(each.recording),
+            "payload": origin.mounting(each),
+            "largest": tuple(np.abs(each.recording.v).max(axis=0).tolist()),
+        }
+        for each in origin.motions
+    ]
+    options = {"method": origin.options, "observe": origin.observing, "gains": estimate.options}
+    stated = {kind: {name: getattr(x, name) for name in keys_of(type(x))} for kind, x in options.items()}
     return GainsFile.model_validate(
         {
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -263,22 +270,9 @@ def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
             "gains": tuple(gains),
             "covariance": estimated_gains(estimate).covariance.tolist(),
             "transmission": None if (A := origin.arm.transmission) is None else A.tolist(),
-            "options": {
-                "method": stated(origin.options),
-                "observe": stated(origin.observing),
-                "gains": stated(estimate.options),
-            },
+            "options": {kind: {k: v for k, v in own.items() if v is not None} for kind, own in stated.items()},
             "model": {"name": origin.model.name, "sha256": hashlib.sha256(origin.model.read_bytes()).hexdigest()},
-            "recordings": tuple(
-                {
-                    "name": Path(each.recording.name).name,
-                    "sha256": recording_digest(each.recording),
-                    "marks": row_marks(each.recording),
-                    "payload": origin.mounting(each),
-                    "largest": tuple(np.abs(each.recording.v).max(axis=0).tolist()),
-                }
-                for each in origin.motions
-            ),
+            "recordings": tuple(recordings),
             "payloads": tuple(map(payload_to_table, origin.payloads)),
             "versions": versions(),
         }

@@ -98,9 +98,10 @@ def view_command(options: argparse.Namespace) -> Status:
         times = (0.5 * duration if options.at is None else options.at,)
     shown, width = scene(motions, times), options.width
     height = shown.height(width)
+    drawn = pictures(shown, times, width=width, height=height)
     with claim.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
-        write_pictures(path, counted(pictures(shown, times, width=width, height=height), stages))
+        write_pictures(path, counted(drawn, stages))
     names = ", ".join(motion.name for motion in motions)
     write(f"{one_line(path)}: {many(len(times), 'picture')} of {width} x {height}, from left: {names}\n")
     return Status.PASSED

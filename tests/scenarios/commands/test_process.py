@@ -95,18 +95,8 @@ def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_
     assert done.stderr.count("\n") == 1
 
 
-SLOW = {
-    "pandas",
-    "matplotlib",
-    "altair",
-    "jinja2",
-    "glfw",
-    "pyarrow.compute",
-    "urllib.request",
-    "scipy.signal",
-    "scipy.stats",
-    "scipy.ndimage",
-}
+SLOW = {"pandas", "matplotlib", "jinja2", "glfw", "pyarrow.compute", "urllib.request"}
+SLOW |= {"scipy.signal", "scipy.stats", "scipy.ndimage"}
 """What reads no Parquet, filters no recording and identifies no gain."""
 
 

@@ -20,7 +20,7 @@ from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario, setup_of
-from scenarios.gains_in_use.known_gains import check_currents, model_options
+from scenarios.gains_in_use.known_gains import check_currents
 from scenarios.results.gains_file import read_gains, ros_parameters
 from scenarios.support.errors import ScenarioError
 from sim.effects.motors import gain_at
@@ -80,12 +80,6 @@ def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
     (line,) = [each for each in ros_parameters(file, tuple("abcdef")).splitlines() if "joint 2" in each]
     told, second = re.findall(r"(?<= )\d+\.?\d*(?= N m|,)", line)[:2], text["gains"][1]
     np.testing.assert_allclose([*map(float, told)], [second["estimate"], second["curve"]["current"]], rtol=5e-3)
-
-
-def test_options_of_laws_are_none_of_commands_with_given_gains(cell):
-    file = read_gains(cell / "curve.toml")
-    assert file.options.method["gain_laws"] is True
-    assert not model_options(file).gain_laws
 
 
 def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):

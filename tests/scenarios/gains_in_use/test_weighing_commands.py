@@ -115,11 +115,11 @@ def test_a_delay_that_is_given_replaces_that_of_the_gains_file(weighed_cell, mon
 
 def test_options_that_the_gains_were_found_with_hold(weighed_cell):
     file = read_gains(weighed_cell / "gains.toml")
-    stated = {"friction": "cbrt", "gain_joint": 2, "gain_value": 1.5}
+    stated = {"friction": "cbrt", "gain_joint": 2, "gain_value": 1.5, "gain_laws": True}
     options = file.options.model_copy(update={"method": stated, "observe": {"cutoff_hz": 9.0}})
     shorter = file.model_copy(update={"options": options})
     chosen = model_options(shorter)
-    assert (chosen.friction, chosen.gain_joint) == ("cbrt", None)
+    assert (chosen.friction, chosen.gain_joint, chosen.gain_laws) == ("cbrt", None, False)
     assert options_of(ObserveOptions, shorter.options.observe).cutoff_hz == 9.0
     others = shorter.model_copy(update={"method": "ls-2011"})
     assert model_options(others).friction == "viscous-coulomb"

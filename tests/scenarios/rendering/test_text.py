@@ -162,10 +162,6 @@ def test_what_is_for_files_is_on_a_screen_when_asked_for():
     assert found == {"text": False, "markdown": True, "html": True}
 
 
-def test_a_share_is_told_in_percent_and_none_as_a_dash():
-    assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
-
-
 def test_numbers_have_the_decimals_that_two_digits_of_their_spread_need_and_short_lengths_are_in_millimetres():
     assert [rounded(11.78412, spread) for spread in (0.59, 0.059, 0.0099, 12.0)] == ["11.78", "11.784", "11.7841", "12"]
     assert [rounded(0.5, None), rounded(0.5, 0.0), rounded(None, 0.1)] == ["0.5000", "0.5000", "-"]

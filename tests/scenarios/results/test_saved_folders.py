@@ -37,16 +37,17 @@ def copied(saved, tmp_path):
     return shutil.copytree(saved, tmp_path / "copied")
 
 
-def identified_again(folder):
-    """Logs and estimate of a run, from its folder."""
-    given = recorded_problem(folder, read_record(folder))
+@pytest.fixture(scope="module")
+def again(saved):
+    """Logs and estimate of the run, from its folder."""
+    given = recorded_problem(saved, read_record(saved))
     prepared = prepare(given.motions, given.arm, observing=given.observing, gains=given.gains, policy=SIMULATED)
     method = estimator("ls-2011")
     return prepared, method.estimate(prepared.problem, method.options())
 
 
-def test_the_rows_of_a_run_are_saved_as_they_were_found(saved):
-    prepared, estimate = identified_again(saved)
+def test_the_rows_of_a_run_are_saved_as_they_were_found(saved, again):
+    prepared, estimate = again
     found, fit = fit_of(prepared, estimate), read_fit(saved)
     gains = read_result(saved, Result).gains
     assert [each.joint for each in gains if each.estimate is None] == [4, 6]
@@ -64,8 +65,8 @@ def test_the_rows_of_a_run_are_saved_as_they_were_found(saved):
         assert gain.residual_share == (None if share is None else pytest.approx(share, rel=1e-9))
 
 
-def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
-    prepared, estimate = identified_again(saved)
+def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(again):
+    prepared, estimate = again
     problem, logs = prepared.problem, [motion.recording for motion in prepared.motions]
     start = begins(logs)
     assert start[0] == 0.0
@@ -90,8 +91,8 @@ def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
         assert not behind.moving[edge - 1, 1]
 
 
-def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
-    prepared, estimate = identified_again(saved)
+def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(again):
+    prepared, estimate = again
     bare, heavy = prepared.problem.motions
     joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
     moved = ObservedMotion(replace(heavy.observation, joints=joints), heavy.payload)

@@ -147,22 +147,9 @@ def test_every_term_of_friction_has_its_meaning():
     assert set(TERMS) == known
 
 
-def test_the_parameter_that_gave_way_most_may_have_become_smaller():
-    own = np.array([[0.2, 0.01, 0.02, 0.3, 0.03, 0.25, 0.1, -0.2, 0.3, 2.5]])
-    found = SimpleNamespace(
-        own=own,
-        motor=np.array([0.7]),
-        motor_found=np.array([True]),
-        names=("MX1", "MY1", "ZZ1"),
-        moved=np.array([0.3, -4.5, 2.1]),
-    )
-    arm = SimpleNamespace(
-        n=1,
-        joint_names=("a",),
-        revolute=np.array([True]),
-        translation=np.zeros((1, 3)),
-        rotation=np.eye(3)[None],
-        axis=np.array([[0.0, 0.0, 1.0]]),
-    )
-    links = Links.of(found, SimpleNamespace(carried=np.zeros((1, 10))), arm)
+def test_the_parameter_that_gave_way_most_may_have_become_smaller(arm):
+    own = np.tile([0.2, 0.01, 0.02, 0.3, 0.03, 0.25, 0.1, -0.2, 0.3, 2.5], (arm.n, 1))
+    moved = {"names": ("MX1", "MY1", "ZZ1"), "moved": np.array([0.3, -4.5, 2.1])}
+    found = SimpleNamespace(own=own, motor=np.full(arm.n, 0.7), motor_found=np.ones(arm.n, bool), **moved)
+    links = Links.of(found, SimpleNamespace(carried=np.zeros((arm.n, 10))), arm)
     assert (links.farthest_parameter, links.farthest_deviations) == ("MY1", 4.5)

@@ -63,14 +63,11 @@ def page() -> Page:
 
 
 def console(options: argparse.Namespace) -> "Console":
-    """Return the console for progress: bars on a terminal with cursor control, otherwise lines, nothing with `--quiet`.
-
-    `rich` handles colours and NO_COLOR; FORCE_COLOR does not make a pipe a terminal.
-    """
+    """Return the console for progress: bars on a terminal with cursor control, otherwise lines; none if `--quiet`."""
     from rich.console import Console
 
     moves = sys.stderr.isatty() and os.environ.get("TERM") not in NO_CURSOR
-    return Console(stderr=True, quiet=options.quiet, force_terminal=moves)
+    return Console(stderr=True, quiet=options.quiet, force_terminal=moves)  # FORCE_COLOR makes no pipe a terminal
 
 
 @contextmanager
@@ -163,10 +160,9 @@ def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str]
         if any(path.samefile(read) for read in there):
             text = f"{command} reads this file and would overwrite it; give another path"
             raise ScenarioError(f"{one_line(path)}: {text}")
-        if not options.force and path.name not in ours:
-            raise ScenarioError(f"{path}: {command} did not write this file; give another path, or add --force")
-        if not options.force and ours[path.name] != _digest(path):
-            raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
+        if not options.force and (path.name not in ours or ours[path.name] != _digest(path)):
+            why = f"changed since {command} wrote it" if path.name in ours else f"{command} did not write this file"
+            raise ScenarioError(f"{path}: {why}; give another path, or add --force")
     return claimed
 
 

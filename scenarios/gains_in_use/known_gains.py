@@ -71,12 +71,11 @@ def weighing(
     delay: float | None,
     policy: Policy,
 ) -> Weighing:
-    """Estimate a payload with the gains of a file and the options that they were identified with.
+    """Estimate the payload of a mounting, None if not `weighed`, with the gains of a file and their options.
 
-    `unloaded` are bare motions, `loaded` those of one mounting, `weighed` is None if its mass is not known; `delay` of
-    the currents replaces that of the file. Recordings are diagnosed with the gains that they give, not with those of
-    the file. Raises `IdentificationError` if recordings are not of this arm or have a fault, or the payload is not
-    identifiable, `ScenarioError` if options of the file are not valid, or a recording was used otherwise for the gains.
+    A `delay` of the currents replaces that of the file. Recordings are diagnosed with the gains that they give, not
+    with those of the file. Raises `IdentificationError` if recordings are not of this arm or have a fault, or the
+    payload is not identifiable, `ScenarioError` if options are not valid, or a recording was used for the gains.
     """
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)

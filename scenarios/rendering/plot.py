@@ -69,10 +69,7 @@ class Plot:
         return whole
 
     def svg(self, number: int) -> str:
-        """Return an SVG element without size, and with colours of the style sheet.
-
-        `number` distinguishes its identifiers from those of other plots on a page.
-        """
+        """Return an SVG element in colours of the style sheet; `number` keeps its identifiers apart on a page."""
         from cycler import cycler
         from matplotlib import style
 
@@ -114,10 +111,7 @@ def draw_intervals(
     limit: float | None = None,
     zero: bool = False,
 ) -> None:
-    """Draw value, lower and upper end for joints, by the labels of series; a joint without them stays empty.
-
-    A line shows the `limit`, if any; with `zero` the axis includes 0.
-    """
+    """Draw value, lower and upper end for joints, by the labels of series, a `limit`, and 0 on the axis with `zero`."""
     for k, (label, found) in enumerate(series.items()):
         at, _ = _beside(axes, joints, found, k, len(series))
         colour, _, _, shape, _ = SERIES[k % len(SERIES)]

@@ -140,10 +140,7 @@ def torque_plot(
     starts: Sequence[tuple[str, float]],
     still: Sequence[tuple[float, float]] = (),
 ) -> Plot:
-    """Return the plot of measured and reconstructed torque of a joint, from 0, and of the residual; arrays (r,).
-
-    Lines are interrupted where rows are removed or a motion ends; `starts` and `still` are times on the axis [s].
-    """
+    """Return the plot of a joint, from 0; lines break where rows are removed or a motion ends; arrays (r,)."""
     intervals = np.diff(t)
     gaps = np.flatnonzero((intervals > GAP * np.median(intervals)) | (np.diff(motion) > 0)) + 1
     step, refused = -(-len(t) // MOST), unit == "drive units"

@@ -324,10 +324,7 @@ def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
 
 
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
-    """Write torques as Parquet: `t`, and for each joint with a gain `tau1`, `tau1_low`, `tau1_high`.
-
-    The schema's metadata names unit and interval.
-    """
+    """Write torques as Parquet: `t`, and for each joint with a gain `tau1`, `tau1_low`, `tau1_high`, with units."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

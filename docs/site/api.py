@@ -75,6 +75,7 @@ MODULES = {
             "commands",
             "rendering",
             "rendering.content",
+            "rendering.wording",
             "rendering.result",
             "experiments.workers",
             "benchmark.methods",

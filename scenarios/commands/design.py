@@ -4,7 +4,6 @@ import argparse
 import shlex
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,19 +47,13 @@ DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
 NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and enter its mass."
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Outcome:
-    """Successively better motions of a search, the best last; the number of motions tried; what stopped it."""
-
-    kept: "Sequence[Found]" = ()
-    tried: int = 0
-    interrupt: KeyboardInterrupt | None = None
-
-
 def searched(
     design: "Design", series: "Series", options: argparse.Namespace, own: "FourierTrajectory | None" = None
-) -> Outcome:
-    """Search with the given options from random motions, or from an `own` one, with progress on stderr."""
+) -> "tuple[list[Found], int, KeyboardInterrupt | None]":
+    """Search with the given options from random motions, or from an `own` one, with progress on stderr.
+
+    Returns successively better motions, the best last; the number of motions tried; what stopped the search.
+    """
     import numpy as np
 
     from scenarios.design.search import SMALL_STEP, STEP, Found, random_point, search, starts
@@ -84,7 +77,7 @@ def searched(
                     )
     except KeyboardInterrupt as interrupt:
         stopped = interrupt
-    return Outcome(kept=kept, tried=tried, interrupt=stopped)
+    return kept, tried, stopped
 
 
 @contextmanager
@@ -157,8 +150,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     else:
         series = Series.harmonic(design.limits, options.harmonics, options.duration)
     own = _own_motion(scenario, series) if options.improve else None
-    outcome = searched(design, series, options, own)
-    kept, interrupt = outcome.kept, outcome.interrupt
+    kept, tried, interrupt = searched(design, series, options, own)
     if interrupt is not None and not kept:
         raise interrupt
     try:
@@ -180,7 +172,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
     comments = [
         f"Found by: {found_by(options)} --out FILE",
-        *[f"Stopped after {outcome.tried} of {options.evaluations} motions."] * (interrupt is not None),
+        *[f"Stopped after {tried} of {options.evaluations} motions."] * (interrupt is not None),
         f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
         f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
     ]
@@ -193,7 +185,7 @@ def excite_command(options: argparse.Namespace) -> Status:
         )
         return ending(interrupt)
     rel_std, costs = list(map(finite, deviations)), {"cost_of_start": kept[0].cost, "cost": kept[-1].cost}
-    result = Searched(out=str(options.out), tried=outcome.tried, **costs, predicted_rel_std=rel_std)
+    result = Searched(out=str(options.out), tried=tried, **costs, predicted_rel_std=rel_std)
     predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
     return output.show(result.report(f"{options.out}: {predicted}"), options)
 
@@ -296,10 +288,11 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     new = new_robot(options.model, **stated)
 
     def search(design: "Design", series: "Series", attempt: int) -> "Sequence[Found]":
-        outcome = searched(design, series, argparse.Namespace(**{**vars(options), "seed": options.seed + attempt}))
-        if outcome.interrupt is not None:
-            raise outcome.interrupt
-        return outcome.kept
+        seeded = argparse.Namespace(**{**vars(options), "seed": options.seed + attempt})
+        kept, _, interrupt = searched(design, series, seeded)
+        if interrupt is not None:
+            raise interrupt
+        return kept
 
     advice = (
         f"try more motions (--evaluations {max(USUAL_EVALUATIONS, 4 * options.evaluations)}), other motions (--seed), "

@@ -16,7 +16,6 @@ from ident.payload.payload import Payload, payload_from_table, read_payload
 from ident.support.errors import PayloadError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
-from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
 from scenarios.design.new_robot import bar, home_pose, new_robot
 from scenarios.design.robot_folder import found_motion
@@ -59,7 +58,7 @@ def still(monkeypatch):
 
     monkeypatch.setattr(folder_module, "best_fitted", found)
     monkeypatch.setattr(Design, "deviations", lambda design, _: np.full(design.plant.robot.n, 0.013))
-    monkeypatch.setattr("scenarios.commands.design.searched", lambda *_: Outcome())
+    monkeypatch.setattr("scenarios.commands.design.searched", lambda *_: ([], 0, None))
 
 
 @pytest.mark.usefixtures("still")

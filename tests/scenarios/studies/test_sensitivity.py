@@ -76,6 +76,13 @@ def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):
         assert index.low <= index.value <= index.high
 
 
+def test_the_interval_of_an_error_is_that_of_its_resamples():
+    rows = pd.DataFrame({"joint": 1, "design": ALONE, "source": "tilt", "sample": 0, "rel_error": [0.01, -0.03]})
+    rms = joint_budget(rows, 1, 0.05, ["tilt"], seed=3).costs[0].rms
+    # A quarter of all resamples has the one error twice, a quarter the other.
+    np.testing.assert_allclose([rms.value, rms.low, rms.high], [np.sqrt(5e-4), 0.01, 0.03], rtol=1e-12)
+
+
 def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
     study, rows = sensitivity(load_scenario(str(two_sources(tmp_path))), repeats=64, samples=256, seed=1), []
     for trial in map(study.trial, range(study.count)):  # the mass error itself, and a hundredth of the noise's seed

@@ -81,6 +81,9 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     rows = [[cell.text for cell in row] for row in table.rows]
     assert rows[0] == ["mass", "7.053", "0.048", "kg", "0.029", "0.039", "0.000"]
     assert "do not determine the mass" in next(iter(payload(z).parts())).text
+    for body, negative in ((mass, False), (quantity("mass", "kg", -0.013, 0.0241), True)):
+        said = [getattr(each, "text", "") for each in payload(body, z).parts()]
+        assert any("the mass is negative" in text for text in said) is negative
     lacking = payload(mass, z).model_copy(
         update={"refused": {"ixx": "XX: unseen", "iyy": "XX: unseen", "x": "MX: unseen"}}
     )

@@ -71,7 +71,11 @@ class GainComparison(ResultModel):
 
     def parts(self) -> Iterable[Part]:
         """Conclusion, every joint's change, the common factor, and two tests of all joints."""
-        unit, several = common_unit([each.unit for each in self.joints]), True if self.joints[1:] else None
+        unit, several = common_unit([each.unit for each in self.joints]), len(self.joints) > 1
+
+        def apart(each: MovedJoint, name: str) -> float | None:
+            return getattr(each.apart, name) if several else None
+
         yield self._conclusion()
         yield table(
             self.joints,
@@ -81,8 +85,8 @@ class GainComparison(ResultModel):
             column(f"B [{unit}]", lambda each: f"{each.B:.4f}"),
             column("Change [%]", lambda each: percent(each.rel_change, "+.2f")),
             column("2 sigma,\nchange [%]", lambda each: two_sigma(each.rel_std)),
-            column("Relative to\ncommon factor [%]", lambda each: percent(several and each.apart.rel_change, "+.2f")),
-            column("2 sigma,\nrelative [%]", lambda each: two_sigma(several and each.apart.rel_std)),
+            column("Relative to\ncommon factor [%]", lambda each: percent(apart(each, "rel_change"), "+.2f")),
+            column("2 sigma,\nrelative [%]", lambda each: two_sigma(apart(each, "rel_std"))),
             column("Verdict", _verdict, words=True),
         )
         yield Paragraph(self._common())

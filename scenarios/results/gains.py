@@ -125,8 +125,9 @@ class Result(DiagnosedResult):
         for gain, judged in zip(result.gains, run.verdict.gains, strict=True):
             for name in (*JUDGED, "reason"):
                 setattr(gain, name, getattr(judged, name))
-        for body in bodies.values() if len(bodies := run.setup.true_payloads) == 1 else ():  # else names are ambiguous
-            numbers = standard_parameters(body.mass, body.com, body.inertia).tolist()
+        bodies = [*run.setup.true_payloads.values()]
+        if len(bodies) == 1:  # with several payloads, a name is ambiguous
+            numbers = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
             true = dict(zip(map(str, INERTIAL), numbers, strict=True))
             for each in result.payload:
                 each.true = true[each.parameter]

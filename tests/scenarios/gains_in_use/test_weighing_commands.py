@@ -81,6 +81,7 @@ def test_what_weighs_nothing_is_refused(weighed_cell, tmp_path, capsys):
         # The gains file would tell, did it know the recordings.
         (with_other(weighed(weighed_cell, "unloaded", "light"), "--gains", others), "probably swapped"),
         (weighed(weighed_cell, "heavy"), "the gains were identified from this recording"),
+        (weighed(weighed_cell, "unloaded", "light"), "the gains were identified from this recording"),
         (weighed(weighed_cell, "light", "heavy"), "given as bare, but it was loaded when the gains were identified"),
     ):
         assert re.search(said, refused(capsys, given))

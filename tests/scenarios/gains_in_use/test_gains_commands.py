@@ -128,6 +128,10 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     found = printed(capsys, "identify-bare", [*words, "--gains", str(weighed_cell / "gains.toml")])
     own = read_gains(weighed_cell / "gains.toml").gains
     assert [each["gain"] for each in found["joints"]] == [each.estimate for each in own]
+    known = [each for each in found["joints"] if each["off"] is not None]
+    assert all(
+        each["off_std"] > (1.0 + each["off"]) * each["rel_std"] for each in known
+    )  # with that of the given gains
     assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6
     assert found["consistent_reason"] is None
     for more, complaint in (

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-KIND = "sensor_msgs/msg/JointState"
+KIND, DYNAMIC = "sensor_msgs/msg/JointState", "control_msgs/msg/DynamicJointState"
+STORE.register(get_types_from_msg("string[] interface_names\nfloat64[] values", "control_msgs/msg/InterfaceValue"))
+FIELDS = "std_msgs/Header header\nstring[] joint_names\ncontrol_msgs/InterfaceValue[] interface_values"
+STORE.register(get_types_from_msg(FIELDS, DYNAMIC))
 PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 
 
@@ -25,14 +28,23 @@ class Sample:
     frame: str = "base_link"
     topic: str = "/joint_states"
     logged: float | None = None
+    kind: str = KIND  # of `DYNAMIC`, effort is a current, and some joints have a velocity
 
 
 def message(sample: Sample) -> bytes:
     """As CDR, by the library."""
     sec = int(np.floor(sample.stamp))
     Time, Header = STORE.types["builtin_interfaces/msg/Time"], STORE.types["std_msgs/msg/Header"]
+    header = Header(stamp=Time(sec=sec, nanosec=round(1e9 * (sample.stamp - sec))), frame_id=sample.frame)
+    if sample.kind == DYNAMIC:
+        Values, own = STORE.types["control_msgs/msg/InterfaceValue"], list[object]()
+        for k, (q, v) in enumerate(zip(sample.position, sample.effort, strict=True)):
+            named = {"position": q, "current": v} if k % 2 else {"velocity": 9.9, "current": v, "position": q}
+            own.append(Values(interface_names=list(named), values=np.array([*named.values()])))
+        dynamic = STORE.types[DYNAMIC](header=header, joint_names=list(sample.names), interface_values=own)
+        return bytes(STORE.serialize_cdr(dynamic, DYNAMIC))
     state = STORE.types[KIND](
-        header=Header(stamp=Time(sec=sec, nanosec=round(1e9 * (sample.stamp - sec))), frame_id=sample.frame),
+        header=header,
         name=list(sample.names),
         position=np.asarray(sample.position, dtype=np.float64),
         velocity=np.asarray(sample.velocity, dtype=np.float64),
@@ -53,7 +65,7 @@ def write_bag(
         connections = {}
         for number, sample in enumerate(samples):
             if sample.topic not in connections:
-                connections[sample.topic] = writer.add_connection(sample.topic, KIND, typestore=STORE)
+                connections[sample.topic] = writer.add_connection(sample.topic, sample.kind, typestore=STORE)
             logged = sample.stamp if sample.logged is None else sample.logged
             writer.write(connections[sample.topic], round(1e9 * logged), message(sample))
             for text in texts:

@@ -1,7 +1,7 @@
 """Logs in ROS 2 bags: folders, their `.db3` and `.mcap` files, and MCAP files of other recorders.
 
-One topic of `sensor_msgs/JointState` is read: `stamp` of the headers [s], and `NAME.position`, `NAME.effort` of each
-joint. Needs the package `rosbags`.
+One topic of `sensor_msgs/JointState` or `control_msgs/DynamicJointState` is read: `stamp` of the headers [s], and
+`NAME.position`, `NAME.effort` of each joint, or what its interfaces are. Needs the package `rosbags`.
 """
 
 import importlib.util
@@ -9,7 +9,7 @@ from array import array
 from collections.abc import Iterable, Sequence, Set
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -27,7 +27,18 @@ if TYPE_CHECKING:
 STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
 LOGGED = ""
 """Name of the times of logging [ns], which no table has."""
-TYPE = "sensor_msgs/msg/JointState"
+TYPE, DYNAMIC = "sensor_msgs/msg/JointState", "control_msgs/msg/DynamicJointState"
+INTERFACES = f"""std_msgs/Header header
+string[] joint_names
+control_msgs/InterfaceValue[] interface_values
+{"=" * 80}
+MSG: control_msgs/InterfaceValue
+string[] interface_names
+float64[] values
+"""
+"""Definition of `DYNAMIC`, which the library has not."""
+NO_CURRENT = (POSITION, ".velocity", ".acceleration")
+"""Endings of values that are neither a current nor a torque."""
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
 """Largest size of a file [bytes]; chunks are read one at a time."""
@@ -70,18 +81,19 @@ def open_ros(path: Path, description: LogDescription) -> Table:
             raise RecordingError("the stamp of every header is 0; the publisher has to set it")
         return found
 
-    names = [name for name in dict.fromkeys(name for columns in tables for name in columns) if name != LOGGED]
+    names = dict.fromkeys(name for columns in tables for name in columns if name not in (LOGGED, STAMP))
+    endings = dict.fromkeys(name[name.rindex(".") :] for name in names)
 
     def by_joint(ending: str, unit: str) -> dict[str, tuple[str, str]]:
         return {name.removesuffix(ending): (name, unit) for name in names if name.endswith(ending)}
 
     return Table(
-        names,
+        [STAMP, *names],
         load,
         layout=JOINT_STATES,
         time=STAMP,
         positions=by_joint(POSITION, "rad"),
-        currents={f"{{joint}}{EFFORT}": by_joint(EFFORT, "")},
+        currents={f"{{joint}}{each}": by_joint(each, "") for each in endings if each not in NO_CURRENT},
     )
 
 
@@ -99,11 +111,12 @@ def _readable() -> AbstractContextManager[None]:
 
 def _connections(there: "Sequence[Connection]", topic: str | None) -> "list[Connection]":
     """Return the connections of a topic, or of the only one."""
-    states = [each for each in there if each.msgtype == TYPE]
+    kinds = (TYPE,) if topic is None and any(each.msgtype == TYPE for each in there) else (TYPE, DYNAMIC)
+    states = [each for each in there if each.msgtype in kinds]
     topics = sorted({each.topic for each in states})
     if not topics:
-        kinds = sorted({f"{each.topic} ({each.msgtype})" for each in there})
-        raise RecordingError(f"no topic of {TYPE}; there are {listed(kinds) or 'none'}")
+        there_are = sorted({f"{each.topic} ({each.msgtype})" for each in there})
+        raise RecordingError(f"no topic of {TYPE}; there are {listed(there_are) or 'none'}")
     if topic is None and len(topics) > 1:
         raise RecordingError(f"several topics of {TYPE}: {listed(topics)}; choose one (--topic)")
     topic = topic or topics[0]
@@ -112,24 +125,38 @@ def _connections(there: "Sequence[Connection]", topic: str | None) -> "list[Conn
     return [each for each in states if each.topic == topic]
 
 
-def _tables(messages: Iterable[tuple[object, int, bytes]]) -> list[dict[str, Array]]:
+def _tables(messages: "Iterable[tuple[Connection, int, bytes]]") -> list[dict[str, Array]]:
     """Return columns of the messages with the same joints, and their times of logging [ns]."""
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-    store, values = get_typestore(Stores.LATEST), 0
+    store, count = get_typestore(Stores.LATEST), 0
+    store.register(get_types_from_msg(INTERFACES, DYNAMIC))
     tables: dict[tuple[str, ...], array[float]] = {}  # by names of columns, row after row
-    for _, logged, message in messages:
-        state = cast("JointState", store.deserialize_cdr(message, TYPE))
-        counts = len(state.name), len(state.position), len(state.effort)
-        if counts[1] != counts[0] or counts[2] not in (0, counts[0]):
-            raise RecordingError(f"a message of {counts[0]} names, {counts[1]} positions, {counts[2]} efforts")
-        endings = (POSITION, EFFORT) if counts[2] else (POSITION,)
-        names = (LOGGED, STAMP, *(name + ending for ending in endings for name in state.name))
-        values += len(names)
-        check_size(values)
+    for connection, logged, message in messages:
+        state = store.deserialize_cdr(message, connection.msgtype)
+        values = _by_interface(state) if connection.msgtype == DYNAMIC else _by_joint(cast("JointState", state))
         stamp = state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec
-        tables.setdefault(names, array("d")).extend((logged, stamp, *state.position, *state.effort))
+        values = {LOGGED: logged, STAMP: stamp, **values}
+        count += len(values)
+        check_size(count)
+        tables.setdefault(tuple(values), array("d")).extend(values.values())
     return [dict(zip(names, np.reshape(rows, (-1, len(names))).T, strict=True)) for names, rows in tables.items()]
+
+
+def _by_joint(state: "JointState") -> dict[str, float]:
+    names, *counts = state.name, len(state.position), len(state.effort)
+    if counts[0] != len(names) or counts[1] not in (0, len(names)):
+        raise RecordingError(f"a message of {len(names)} names, {counts[0]} positions, {counts[1]} efforts")
+    found = {name + POSITION: value for name, value in zip(names, state.position.tolist(), strict=True)}
+    return found | dict(zip((name + EFFORT for name in names), state.effort.tolist(), strict=False))
+
+
+def _by_interface(state: Any) -> dict[str, float]:  # of a type that only the library's store knows
+    return {
+        f"{joint}.{name}": value
+        for joint, own in zip(state.joint_names, state.interface_values, strict=True)
+        for name, value in zip(own.interface_names, own.values.tolist(), strict=True)
+    }
 
 
 ROS = LogFormat((".mcap", ".db3", ".bag"), open_ros, METADATA)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bags import KIND, STORE, Sample, message, write_bag
+from bags import DYNAMIC, KIND, STORE, Sample, message, write_bag
 from foreign_logs import unread
 from rosbags.rosbag2 import Writer
 
@@ -69,6 +69,18 @@ def test_messages_without_the_joints_are_passed_over_and_order_may_change_and_be
     for first, last in ((10, 80), (24, 26)):  # logged late
         mixed[first], mixed[last] = mixed[last], mixed[first]
     assert_read(write_bag(tmp_path / "bag", mixed, storage=storage))
+
+
+def test_values_by_interface_are_read_beside_a_topic_of_joint_states(tmp_path):
+    dynamic = samples(topic="/dynamic_joint_states", kind=DYNAMIC)
+    bag = write_bag(tmp_path / "bag", dynamic)
+    assert_read(bag)
+    assert read_log(bag, DESCRIPTION).description.v.columns == tuple(f"{joint}.current" for joint in JOINTS)
+    halved = [replace(each, effort=0.5 * np.array(each.effort), topic="/dynamic", kind=DYNAMIC) for each in samples()]
+    both = write_bag(tmp_path / "both", [each for pair in zip(samples(), halved, strict=True) for each in pair])
+    assert_read(both)  # the only topic of its kind
+    chosen = read_recording(both, replace(DESCRIPTION, topic="/dynamic"))
+    np.testing.assert_array_equal(chosen.v, 0.5 * V[:, WANTED])
 
 
 def test_joints_in_different_messages_and_stamps_out_of_order_are_refused(tmp_path):

@@ -261,11 +261,13 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     if motor == joint:
         words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
     advice = f"measure it, and state transmission = [{rows}] in robot.toml"
-    return replace(
-        _turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice),
-        family="ratio", value=100.0 * share, unit="%",
-        refined=lambda more: shared(logs, motor, joint, share + float(more[0])),
-    )  # fmt: skip
+    joints = (motor,) if motor == joint else (motor, joint)
+
+    def refined(more: Array) -> Alternative:
+        return shared(logs, motor, joint, share + float(more[0]))
+
+    found = _turned(logs, A, words, joints, advice)
+    return replace(found, family="ratio", value=100.0 * share, unit="%", refined=refined)
 
 
 def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from ident.diagnosis.diagnose import horizon
-from ident.diagnosis.diagnosis import Diagnosed, Exclusion
+from ident.diagnosis.diagnosis import Exclusion
 from ident.estimation.estimate import RefusedGain
 from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
@@ -20,7 +20,7 @@ from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Tab
 from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.rendering.wording import percent
-from scenarios.results.diagnoses import DiagnosedResult, horizon_paragraphs
+from scenarios.results.diagnoses import DiagnosedResult, horizon_fold
 from scenarios.results.gains import budget_verdict
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
@@ -220,8 +220,7 @@ class PredictedBudget(ResultModel):
             yield Paragraph(f"Joint {each['joint']}: no gain: {each['reason']}.", Mood.DOUBTFUL)
         for each in self.unpredicted:
             yield Paragraph(f"Not predicted: {each['source']}: {each['reason']}.", Mood.DOUBTFUL)
-        found = Diagnosed(diagnoses=(), excluded=tuple(self.excluded), undetectable=tuple(self.untold))
-        yield from horizon_paragraphs(found, expected=True)
+        yield from horizon_fold(self.excluded, self.untold, expected=True)
 
 
 def _within(share: float) -> Cell:

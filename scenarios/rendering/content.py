@@ -129,7 +129,7 @@ class Report:
     @property
     def in_full(self) -> "Report":
         """The report with all its tables on a screen."""
-        parts = [replace(each, file_only=False) if isinstance(each, Table) else each for each in self.parts]
+        parts = [replace(each, file_only=False, shown=None) if isinstance(each, Table) else each for each in self.parts]
         return replace(self, parts=tuple(parts))
 
 

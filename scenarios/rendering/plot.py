@@ -100,8 +100,8 @@ def draw_bars(axes: "Axes", joints: Sequence[int], series: Mapping[str, Mapping[
     for k, (label, found) in enumerate(series.items()):
         at, width = _beside(axes, joints, found, k, len(series))
         colour, _, _, _, fill = SERIES[k]
-        look: Any = {"color": COLOURS[colour], "alpha": fill, "edgecolor": COLOURS["ink"], "lw": 0.5}
-        axes.bar(at, list(found.values()), width, label=label, **look)
+        edge = COLOURS[colour]  # opaque, so that a pale bar is seen
+        axes.bar(at, list(found.values()), width, label=label, color=(edge, fill), edgecolor=edge, lw=0.9)
 
 
 def draw_intervals(

@@ -94,7 +94,7 @@ def _print_table(table: Table, console: Console, width: int) -> None:
         if blocks[-1] != keys and used({each: least[each] for each in [*blocks[-1], k]}, gap) > width:
             blocks.append(keys)
         blocks[-1] = [*blocks[-1], k]
-    for count, block in enumerate(blocks):
+    for count, block in enumerate(blocks if rows or table.shown is None else []):
         if count:
             console.print()
         widths = {k: wished[k] for k in block}

@@ -19,7 +19,7 @@ from ident.support.arrays import Array
 from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, ResultModel
 from scenarios.rendering.wording import joints_named, number, percent, rounded, sentence, two_sigma
-from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs
+from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_fold
 from sim.tables import InertiaTable
 
 Vector = tuple[float, float, float]
@@ -229,7 +229,7 @@ class BareResult(DiagnosedResult):
                 yield Paragraph(f"{said} (2 sigma {two_digits(200.0 * (each.off_std or 0.0))} %).")
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes if note not in warnings)
-        yield from self.horizon_fold()
+        yield from horizon_fold(self.excluded, self.untold)
 
     def _parameters(self) -> Iterable[Part]:
         numbers: tuple[ColumnOf[tuple[int, BareParameter]], ...] = (

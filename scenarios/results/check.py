@@ -15,7 +15,7 @@ from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import many, number, percent
-from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, horizon_paragraphs
+from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, horizon_fold
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +87,7 @@ class Check(DiagnosedResult):
         yield from doubt_paragraphs(found, strong=False)
         good = len(found.diagnoses) - len(found.findings)
         yield Paragraph(f"{many(good, 'check')} without a finding.")
-        yield from horizon_paragraphs(found)
+        yield from horizon_fold(self.excluded, self.untold)
         yield from self.every_check("All checks")
         yield from motion_parts(self.logs)
 

@@ -61,14 +61,6 @@ class DiagnosedResult(ResultModel):
         each = {what: sum(one.severity is severity for one in self.diagnoses) for what, severity in numbers.items()}
         return " and ".join(many(count, what) for what, count in each.items() if count)
 
-    def horizon_fold(self, *, file_only: bool = False) -> list[Part]:
-        """Return a folded table of excluded faults and of those that cannot be checked; nothing without any."""
-        rows = [(each.sentence, "excluded") for each in self.excluded]
-        rows += [(each, "cannot be checked") for each in self.untold]
-        fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", "With these logs")))
-        rest = f"{many(len(rows), 'kind')} of faults that these logs exclude or cannot reveal"
-        return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []
-
     def every_check(self, title: str) -> list[Part]:
         """Return a table of checks for each log and one for all together, the worst first, below a title; for files."""
         of_log = dict[str, list[Diagnosis]]()
@@ -112,16 +104,19 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
     return parts
 
 
-def horizon_paragraphs(found: Diagnosed, *, expected: bool = False) -> list[Paragraph]:
-    """Return one line of excluded faults and one of faults that cannot be checked, if there are any.
+def horizon_fold(
+    excluded: Sequence[Exclusion], untold: Sequence[str], *, expected: bool = False, file_only: bool = False
+) -> list[Part]:
+    """Return a folded table of excluded faults and of those that cannot be checked; nothing without any.
 
     `expected` is for logs that are not recorded yet.
     """
-    exclude = "Logs of these motions will exclude" if expected else "Excluded"
-    tell = "They will not determine" if expected else "Cannot be checked with these logs"
-    excluded = [each.sentence for each in found.excluded]
-    hidden = (*found.undetectable, *found.undetectable_together)
-    return [Paragraph(f"{said}: {'; '.join(of)}.") for said, of in ((exclude, excluded), (tell, hidden)) if of]
+    rows = [(each.sentence, "will be excluded" if expected else "excluded") for each in excluded]
+    rows += [(each, "will not be determined" if expected else "cannot be checked") for each in untold]
+    logs = "logs of these motions" if expected else "these logs"
+    fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", f"With {logs}")))
+    rest = f"{many(len(rows), 'kind')} of faults that {logs} exclude or cannot reveal"
+    return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []
 
 
 def unseen_verdict(

@@ -21,7 +21,14 @@ from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.rendering.wording import in_unit, joints_named, many, percent, rounded, sentence, two_sigma
 from scenarios.results.cost import ResultCost
-from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, unseen_parts, unseen_verdict
+from scenarios.results.diagnoses import (
+    MOODS,
+    DiagnosedResult,
+    doubt_paragraphs,
+    horizon_fold,
+    unseen_parts,
+    unseen_verdict,
+)
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.run import Run
@@ -189,7 +196,7 @@ class Result(DiagnosedResult):
         if any(gain.identifiable for gain in gains):
             yield self._interval_plot()
         yield from self.every_check("Diagnoses")
-        yield from self.horizon_fold(file_only=True)
+        yield from horizon_fold(self.excluded, self.untold, file_only=True)
         refused = [gain for gain in gains if gain.reason is not None]
         yield from [Heading("Refused or failed joints", file_only=True)] if refused else ()
         yield from (Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}")) for gain in refused)

@@ -170,10 +170,14 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     assert {each["source"] for each in found["unpredicted"]} == without
     costs = {cost["source"] for cost in found["joints"][1]["costs"]}
     assert costs == set(load_scenario("nominal").table.sources) - without
+    assert main([*words, "--format", "markdown"]) == 0
+    rows = capsys.readouterr().out
+    assert all(f"| {each['sentence']} | will be excluded |" in rows for each in found["excluded"])
+    assert all(f"| {each} | will not be determined |" in rows for each in found["untold"])
     assert main(words) == 0
     text = capsys.readouterr().out
-    assert f"Logs of these motions will exclude: {'; '.join(each['sentence'] for each in found['excluded'])}." in text
-    assert f"They will not determine: {'; '.join(found['untold'])}." in text
+    count = len(found["excluded"]) + len(found["untold"])
+    assert f"{count} kinds of faults that logs of these motions exclude or cannot reveal" in text
     (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
     (k,) = [k for k, cost in enumerate(found["joints"][0]["costs"]) if cost["source"] == "payload mass"]
     rms = [np.hypot(joint["costs"][k]["bias"], joint["costs"][k]["std"]) for joint in found["joints"]]

@@ -25,7 +25,7 @@ def test_bars_stand_at_their_joints_in_order_beside_those_of_other_series():
     found = [(box.x0, box.x1, box.y0, box.y1) for box in boxes]
     expected = [(-0.375, 0.0, 0.0, 3.5), (1.625, 2.0, 0.0, 1.5), (0.0, 0.375, 0.0, 1.0), (1.0, 1.375, 0.0, 2.0)]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
-    assert [each.get_alpha() for each in axes.patches] == [1.0, 1.0, 0.65, 0.65]
+    assert [each.get_facecolor()[3] for each in axes.patches] == [1.0, 1.0, 0.65, 0.65]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Joint", "Gain")
     assert [text.get_text() for text in axes.figure.legends[0].get_texts()] == ["one", "other"]
 

@@ -19,7 +19,7 @@ from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import to_json
 from scenarios.results.check import CheckLog, motion_parts
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
-from scenarios.results.diagnoses import horizon_paragraphs
+from scenarios.results.diagnoses import horizon_fold
 from scenarios.results.gains import Result, ResultGain, common_unit, sources_simulated
 from scenarios.results.pages import how_to_identify
 from scenarios.results.record import RESULT, read_result
@@ -78,9 +78,12 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
-    assert [each.text for each in horizon_paragraphs(FOUND)] == [
-        "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
-        "Cannot be checked with these logs: zero of q1; whether q4 is negated.",
+    (fold,) = horizon_fold(FOUND.excluded, (*FOUND.undetectable, *FOUND.undetectable_together))
+    assert [[cell.text for cell in row] for row in fold.rows] == [
+        ["delays beyond 5 ms", "excluded"],
+        ["another sign (7 of 12 cases)", "excluded"],
+        ["zero of q1", "cannot be checked"],
+        ["whether q4 is negated", "cannot be checked"],
     ]
 
 

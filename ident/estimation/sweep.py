@@ -187,12 +187,14 @@ class Torques:
 
         From drive torques without friction [N m], shape (S, n); by default those of rigid joints.
         """
-        behind = self.sweep.behind
-        given = self.sampled if torque is None else torque
-        states = behind.states
-        links = given - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
+        links = self._of_links(self.sampled if torque is None else torque)
         motor = CubicSpline.through(self.sweep.knots, -links)
         return self.links.displaced(States(-links, motor(self.sweep.knots, 1), motor(self.sweep.knots, 2)))
+
+    def _of_links(self, torque: Array) -> Array:
+        """Torques (S, n) without those that turn separate rotors."""
+        states = self.sweep.behind.states
+        return torque - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
 
     def slowed(self, softened: Array) -> Array:
         """Convert changes by compliance (S, n, n) to rows, low-passed below frequencies of encoder noise, (rows, n)."""
@@ -219,7 +221,7 @@ class Torques:
         change = self.links.displaced(
             States(*(-np.roll(x, -beside, axis=1) for x in (states.q, states.dq, states.ddq)))
         )
-        change[:, (motors + beside) % self.arm.n, motors] -= self.sampled
+        change[:, (motors + beside) % self.arm.n, motors] -= self._of_links(self.sampled)
         return change
 
     def tilted(self) -> Array:

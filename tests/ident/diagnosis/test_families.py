@@ -16,6 +16,7 @@ from ident.diagnosis.hypothesis import in_logs, scopes
 from ident.diagnosis.models import reference
 from ident.diagnosis.search import Exact, FirstOrder, directions
 from ident.estimation.sweep import across
+from ident.model.arm import with_transmission
 from ident.model.structure import structure_of
 
 
@@ -192,10 +193,26 @@ def test_steps_of_a_size_add_up(sound):
     assert (apart.value, apart.parameters, later.parameters) == (None, 3, 1)
     timed = families.timed(sound, (0,), 1.2).refined(np.array([0.05]))
     np.testing.assert_allclose(timed.hypothesis.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
+    ratio = families.shared(sound, 2, 1, 0.3).refined(np.array([0.11]))
+    np.testing.assert_allclose(ratio.hypothesis.transmission, [[1, 0, 0], [0, 1, 0], [0, 0.41, 1]], rtol=1e-12)
     scaled = families.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
     np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
     longer = families.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))  # never negative
     np.testing.assert_allclose(longer.hypothesis.length_factors, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12)
+
+
+def test_a_ratio_is_of_the_motors_that_are_stated(sound, found):
+    stated = np.array([[-1.3, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.7, 0.4]])
+    arm = with_transmission(sound.structure.arm, stated)
+    turned = replace(sound, problem=replace(sound.problem, structure=replace(sound.structure, arm=arm)))
+    shares = families.shared(turned, 2, 1, 0.3).hypothesis.transmission  # motor 3 by 0.3 of what motor 2 turns
+    np.testing.assert_allclose(shares, [*stated[:2], [0.0, 1.3, 0.4]], rtol=1e-12)
+    own = next(each for each in found if each.key == ("ratio", (2, 1), (0, 1)))
+    reach = max(np.abs(log.q[:, 1]).max() for log in sound.recordings)
+    assert own.largest * reach == pytest.approx(families.LARGEST_ANGLE)
+    coupled = replace(sound.structure, arm=replace(sound.structure.arm, couplings=((1, 2),)))
+    coupled = replace(sound, problem=replace(sound.problem, structure=coupled))
+    assert not [*families.small_ratios(reference(sound.problem), coupled)]
 
 
 def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):

@@ -15,8 +15,10 @@ from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import Problem
 from ident.estimation.setting import Setting
-from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
+from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, own_rotors, separate_rotors, shown_hz
 from ident.estimation.terms import compliance_columns, torques_of, transmitted, transmitted_columns, without_friction
+from ident.model.arm import with_transmission
+from ident.model.regressor import inverse_dynamics
 from ident.numerics.signals import low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.recordings.recording import Recording
@@ -57,6 +59,23 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     found = without_friction(*two, told, 1)
     np.testing.assert_allclose(found[:, 0], x, rtol=0, atol=1e-12)
     assert np.abs(found[::-1, 1] - x).min() > 0.0
+
+
+@pytest.mark.parametrize("beside", [-1, 0, 1])
+def test_a_motor_that_also_turns_by_another_angle_carries_another_torque(axes, beside):
+    problem = problem_of(axes, logs_of(Truth(), noise=0.0))
+    ready, plain = fitted_to(problem)
+    (along, *_) = torques_of(ready, plain.theta)
+    chi = along.chi.copy()
+    chi[np.setdiff1d(own_rotors(axes), separate_rotors(axes))] = 0.0  # the inertia of links and rotor together
+    along = replace(along, chi=chi)
+    states, step, found = along.sweep.behind.states, 1e-6, along.turned(beside)
+    for motor in range(max(0, -beside), N - max(0, beside)):
+        A = np.eye(N)
+        A[motor, motor + beside] += step
+        moved = inverse_dynamics(with_transmission(axes.arm, A), along.chi, states.q, states.dq, states.ddq)
+        change = (moved - along.sampled) / step
+        np.testing.assert_allclose(found[..., motor], change, rtol=0, atol=1e-4 * np.abs(change).max())
 
 
 @pytest.mark.parametrize("late", [0.0, 0.016])

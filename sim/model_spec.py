@@ -164,6 +164,8 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         body = following
     if flange is not None:
         arm = _bodies_to(spec, flange)
+        while len(arm) > 1 and not arm[-1].joints:  # what the arm stands on
+            arm.pop()
         for joint in list(spec.joints):
             if not any(joint.parent is each for each in arm):
                 spec.delete(joint)

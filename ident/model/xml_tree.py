@@ -101,7 +101,7 @@ def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
             vector(element, attribute, count)
 
 
-def vector(element: ET.Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
+def vector(element: ET.Element, attribute: str, count: int) -> tuple[float, ...] | None:
     """Return the checked numbers of an attribute, None without it; `RobotModelError` names line, element and word."""
     text = element.get(attribute)
     if text is None:
@@ -114,6 +114,6 @@ def vector(element: ET.Element, attribute: str, count: int, *, largest: float = 
     if len(words) != count:
         raise RobotModelError(f"{what}: {len(words)} numbers, expected {count}")
     values = tuple(float(word) for word in words)
-    if not all(abs(value) <= largest for value in values):
-        raise RobotModelError(f"{what}: beyond {largest:g}; check the number and its unit")
+    if not all(abs(value) <= LARGEST for value in values):
+        raise RobotModelError(f"{what}: beyond {LARGEST:g}; check the number and its unit")
     return values

@@ -20,7 +20,7 @@ OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 IGNORED = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
 """Drive attributes of a joint by MuJoCo's name (also for a URDF's <dynamics>), and in words."""
 STRONGEST, FASTEST = 1e6, 1e3
-"""Torque [N m, N] above which a joint has no limit, and largest plausible speed [rad/s, m/s]."""
+"""Torque [N m, N] and speed [rad/s, m/s] above which a joint has no limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,5 +89,5 @@ def _speeds(path: Path) -> dict[str, float]:
     for joint in read_xml(path).iterfind("joint"):
         for limit in joint.iterfind("limit"):
             if limit.get("velocity", "").lower() not in ("inf", "+inf"):
-                speeds[joint.get("name", "")] = (vector(limit, "velocity", 1, largest=FASTEST) or (0.0,))[0]
-    return {name: speed for name, speed in speeds.items() if speed > 0.0}
+                speeds[joint.get("name", "")] = (vector(limit, "velocity", 1) or (0.0,))[0]
+    return {name: speed for name, speed in speeds.items() if 0.0 < speed < FASTEST}

@@ -186,6 +186,14 @@ def test_a_mesh_in_a_package_is_found_around_the_file(tmp_path, place):
     assert unusable_meshes(path) == tuple(f"package://robot_description/meshes/{k}.stl" for k in ("shoulder", "wrist"))
 
 
+def test_an_impossible_inertia_of_what_the_arm_stands_on_does_not_matter(tmp_path):
+    stand = ANTENNA.split("<joint")[0].replace("antenna", "base_link").replace("MASS", "7.5")
+    text = ros().replace('<link name="base_link"/>', stand)
+    assert "7.5" in text
+    model = bare_arm(written(tmp_path, "arm.urdf", text), ROTORS, "tool0")
+    np.testing.assert_allclose(model.body_mass.sum(), 19.5, rtol=1e-12)  # rounding of a sum
+
+
 @pytest.mark.parametrize("parent", ["elbow_link", "tool0"])
 @pytest.mark.parametrize("mass", ["0.5", "-0.5"])
 def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent, mass):

@@ -75,13 +75,13 @@ def test_a_number_that_no_arm_has_is_refused_with_its_place_and_one_that_limits_
         ("MASS", "-7.5", "link 'arm' has a mass of -7.5 kg"),
         ("MASS", "2,3", "'value' Element 'mass', line 2"),
         ("EFFORT", "4l", "'effort' Element 'limit', line 5"),
-        ("SPEED", "1001", "line 5: limit: velocity = '1001'"),
+        ("SPEED", "1e7", "line 5: limit: velocity = '1e7': beyond 1e+06"),
         ("IZZ", "0.111", "'arm'"),
         ("IXY", "0.0551", "'arm'"),
     ):
         path = arm(tmp_path, **{key: value})
         assert said in refused(capsys, ["new-robot", str(path), "--out", str(tmp_path / "mine")])
-    for speed, effort in (("0", "0"), ("-1.7", "1e6"), ("inf", "inf")):
+    for speed, effort in (("0", "0"), ("-1.7", "1e6"), ("inf", "inf"), ("1e4", "0")):
         facts = model_facts(arm(tmp_path, SPEED=speed, EFFORT=effort), None)
         assert facts.torque == facts.velocity == {}
 

@@ -12,7 +12,6 @@ from sim.engine import Engine, Simulation, acting, varies
 from sim.model_spec import full_spec, lean_spec
 from sim.plant import Plant, plant_model
 from sim.robot import read_robot
-from sim.trajectory import at_rest
 
 STEP = 1e-3
 SPECS = full_spec, lean_spec
@@ -58,32 +57,8 @@ def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings):
     assert (ends[0] != ends[2]).any()
 
 
-PERIODS, SUBSTEPS = 60, 2
-
-
 def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulation]:
     return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
-
-
-def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(rng):
-    plants = [nominal_plant(gain=rng.uniform(0.5, 1.5, 6)) for _ in range(3)]
-    models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
-    start = rng.uniform(-0.5, 0.5, (6, 6))
-    currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
-    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=2)
-    batched = np.empty_like(currents)
-    for k in range(PERIODS):
-        engine.current[:] = currents[k]
-        engine.advance()
-        batched[k] = engine.q
-    for i, model in enumerate(models):
-        data = mujoco.MjData(model)
-        data.qpos[:] = start[i]
-        for k in range(PERIODS):
-            data.ctrl[:] = currents[k, i]
-            for _ in range(SUBSTEPS):
-                mujoco.mj_step(model, data)
-            np.testing.assert_array_equal(batched[k, i], data.qpos)
 
 
 @pytest.mark.parametrize("errors", [ModelErrors(), ModelErrors(load_friction=0.3)])
@@ -111,11 +86,3 @@ def test_velocity_and_acceleration_are_the_derivatives():
     np.testing.assert_allclose((after[0] - before[0]) / (2 * h), dq, rtol=0, atol=1e-7)
     np.testing.assert_allclose((after[1] - before[1]) / (2 * h), ddq, rtol=0, atol=1e-6)
     assert q.shape == dq.shape == ddq.shape == (50, 6)
-
-
-def test_motions_start_and_end_at_rest_at_the_same_place(rng):
-    motion = at_rest(rng.normal(size=4), *rng.normal(size=(2, 4, 9)), 3.0)
-    q, dq, ddq = motion(np.array([0.0, 3.0]))
-    np.testing.assert_allclose(q[0], q[1], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(dq, 0.0, atol=1e-12)  # sums of nine terms of the order of 20
-    np.testing.assert_allclose(ddq, 0.0, atol=1e-10)

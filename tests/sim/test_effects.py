@@ -9,7 +9,6 @@ from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams, try_record
 from refusals import refused
 
-import sim.plant
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.motors import gain_at
 from sim.effects.transmissions import FASTEST_MODE
@@ -41,8 +40,8 @@ SOLVER = 1e-6
 """Torque [N m] that the friction solver leaves at its default tolerance, as in test_model."""
 
 
-def acceleration(plant: Plant, q: np.ndarray, dq: np.ndarray, *, loaded: bool = False) -> np.ndarray:
-    model = plant_model(plant, loaded=loaded, step=STEP)
+def acceleration(plant: Plant, q: np.ndarray, dq: np.ndarray, *, loaded: bool = False, earlier: int = 0) -> np.ndarray:
+    model = plant_model(plant, loaded=loaded, step=STEP, earlier=earlier)
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:], data.ctrl[:] = q, dq, V
     mujoco.mj_forward(model, data)
@@ -50,20 +49,25 @@ def acceleration(plant: Plant, q: np.ndarray, dq: np.ndarray, *, loaded: bool = 
 
 
 def drive_torque(plant: Plant, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
-    """What the drives give after rotors and friction [N m]."""
-    d = plant.drives
+    """What the drives give after rotors and friction, that of the third motion, [N m]."""
+    d, e = plant.drives, plant.errors
     torque = d.gain * (V - d.amplifier_offset) - d.coulomb_asymmetry - d.rotor_inertia * ddq
-    return torque - d.viscous_friction * dq - d.coulomb_friction * np.sign(dq)
+    viscous, coulomb = (
+        (1.0 + e.viscous_drift) ** 2 * d.viscous_friction,
+        (1.0 + e.coulomb_drift) ** 2 * d.coulomb_friction,
+    )
+    return torque - viscous * dq - coulomb * np.sign(dq)
 
 
-def coupling(share: float, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
+def coupling(e: ModelErrors, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Torque that motor 6 costs because it turns with q5 + q6, less what it costs turning with q6 [N m]."""
     inertia, viscous, coulomb = RX90.drives.rotor_inertia[5], 2.4, 2.5
+    viscous, coulomb = (1.0 + e.viscous_drift) ** 2 * viscous, (1.0 + e.coulomb_drift) ** 2 * coulomb
     dry = coulomb * np.sign(dq[4] + dq[5])
     cost = np.zeros(6)
     cost[4] = inertia * ddq[5] + viscous * dq[5] + dry
     cost[5] = inertia * ddq[4] + viscous * dq[4] + dry - coulomb * np.sign(dq[5])
-    return share * cost
+    return e.wrist_coupling * cost
 
 
 def gravity_spring(stiffness: float, q2: float) -> np.ndarray:
@@ -95,7 +99,7 @@ def test_the_compiled_model_obeys_the_stated_equation_with_errors_of_geometry_sp
     arm.jointPlacements[4].translation = np.array([0.0, -0.447, 0.0])
     q, dq = np.where(np.arange(6) == 1, q2, Q), np.where(np.arange(6) == 4, dq5, DQ)
     ddq = acceleration(plant, q, dq, loaded=loaded)
-    expected = drive_torque(plant, dq, ddq) + gravity_spring(20295.0, q2 - ZEROS[1]) - coupling(share, dq, ddq)
+    expected = drive_torque(plant, dq, ddq) + gravity_spring(20295.0, q2 - ZEROS[1]) - coupling(errors, dq, ddq)
     np.testing.assert_allclose(rnea(arm, q - np.array(ZEROS), dq, ddq), expected, rtol=0, atol=SOLVER)
 
 
@@ -121,15 +125,16 @@ WITHIN, BEYOND = np.array([0.2, -0.6, 0.9, -0.2, 0.4, -0.98]), np.array([1.2, -4
 def test_links_and_motors_of_an_elastic_arm_obey_spong_s_equations_with_play(stretch, gap, share, loaded):
     # M ddq + h = Ke (q_m - q) + De (dq_m - dq), Ia ddq_m + friction = tau - the same, De = 2 * 0.05 sqrt(Ke Ia);
     # within half a gap the spring carries nothing.
-    errors = ModelErrors(joint_compliance=COMPLIANCE, wrist_coupling=share, backlash=gap)
+    drift = {"coulomb_drift": 0.2, "viscous_drift": -0.1}
+    errors = ModelErrors(joint_compliance=COMPLIANCE, wrist_coupling=share, backlash=gap, **drift)
     plant = nominal_plant(errors=errors)
     q_motor, dq_motor = Q + 1e-3 * stretch, DQ + np.array([0.02, 0, -0.03, 0.1, 0.05, 0])
-    ddq = acceleration(plant, np.append(Q, q_motor), np.append(DQ, dq_motor), loaded=loaded)
+    ddq = acceleration(plant, np.append(Q, q_motor), np.append(DQ, dq_motor), loaded=loaded, earlier=2)
     stiffness = 1.0 / np.array(COMPLIANCE)
     spring = stiffness * (1e-3 * stretch - np.clip(1e-3 * stretch, -gap / 2.0, gap / 2.0))
     transmitted = spring + 0.1 * np.sqrt(stiffness * plant.drives.rotor_inertia) * (dq_motor - DQ)
     np.testing.assert_allclose(rnea(pinocchio_arm(payload=loaded), Q, DQ, ddq[:6]), transmitted, rtol=0, atol=SOLVER)
-    motors = drive_torque(plant, dq_motor, ddq[6:]) - coupling(share, dq_motor, ddq[6:])
+    motors = drive_torque(plant, dq_motor, ddq[6:]) - coupling(errors, dq_motor, ddq[6:])
     np.testing.assert_allclose(motors, transmitted, rtol=0, atol=SOLVER)
 
 
@@ -157,23 +162,6 @@ def test_a_fault_of_an_elastic_arm_names_its_joint():
     plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE))
     (outcome,) = try_record([experiment(plant=plant, trajectory=still)], streams(0), threads=1)
     assert str(outcome).startswith("motion: joint5 at 2.")
-
-
-def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmissions_do_not():
-    errors = ModelErrors(
-        coulomb_drift=0.2, viscous_drift=-0.1, wrist_coupling=1.0, joint_compliance=COMPLIANCE, gravity_spring=1e3
-    )
-    bare, loaded = (
-        plant_model(nominal_plant(errors=errors), loaded=x, step=STEP, earlier=int(x)) for x in (False, True)
-    )
-    # One rounding of a product.
-    np.testing.assert_allclose(loaded.dof_frictionloss, 1.2 * bare.dof_frictionloss, rtol=1e-15)
-    np.testing.assert_allclose(loaded.dof_damping, 0.9 * bare.dof_damping, rtol=1e-15)
-    np.testing.assert_allclose(loaded.tendon_frictionloss, 1.2 * bare.tendon_frictionloss, rtol=1e-15)
-    for k in range(bare.ntendon):
-        factor = 0.9 if bare.tendon(k).name == "joint6_coupling" else 1.0
-        np.testing.assert_allclose(loaded.tendon_damping[k], factor * bare.tendon_damping[k], rtol=1e-15)
-    np.testing.assert_array_equal(bare.dof_frictionloss[6:10], nominal_plant().drives.coulomb_friction[:4])
 
 
 STRONG = ModelErrors(
@@ -418,21 +406,3 @@ def test_a_table_needs_a_body_for_the_base():
         PlantError, match=r"table_hz = 4\.3 Hz: the first joint of .* is on body 'link0' without a base"
     ):
         plant_model(nominal_plant(errors=ModelErrors(**TABLE)), loaded=False, step=1e-3, read=lambda *_: spec)
-
-
-def contents(model: mujoco.MjModel) -> bytes:
-    buffer = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return buffer.tobytes()
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
-    effect, errors, plant = EFFECTS[name], ModelErrors(), nominal_plant()
-    effect.fits(errors, plant.robot, plant.drives)
-    assert not effect.acts(errors)
-    assert not effect.varies(errors)
-    with_it = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
-    monkeypatch.setattr(sim.plant, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})
-    without = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
-    assert with_it == without

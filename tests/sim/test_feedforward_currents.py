@@ -6,8 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from pinocchio_arms import pinocchio_arm
-from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
-from scipy import signal
+from plants import BELIEF, RX90, experiment, nominal_plant, short_motion
 
 import rx90_mjcf
 from sim import effects as effects_package
@@ -19,8 +18,6 @@ from sim.errors import PlantError
 from sim.feedforward_currents import feedforward_currents as needed_in_turn
 from sim.feedforward_currents import inertia_along, states_of
 from sim.plant import PayloadBody
-from sim.record import record
-from sim.sensors import SensorOptions
 
 RATE = 200.0
 BODY = PayloadBody(mass=5.3, com=(0.05, -0.03, 0.14), inertia=(0.0125, 0.0118, 0.009, 0.0006, -0.0004, 0.0003))
@@ -187,27 +184,6 @@ def test_a_model_file_that_has_changed_is_read_again(tmp_path):
     np.testing.assert_array_equal(after, feedforward_currents(new, RATE))
     assert np.abs(after - before).max() > 1.0
     assert np.abs(later.reference - table.reference).max() > 1.0
-
-
-def driven(motions):
-    """What is logged of motions under a controller that knows the drives: as good as perfect."""
-    believed = replace(BELIEF, gain=tuple(GAIN.tolist()))
-    silent = [replace(each, sensors=SensorOptions(), belief=believed) for each in motions]
-    return [recording.v for recording in record(silent, streams(*range(len(silent))), threads=1)]
-
-
-def test_what_a_motion_needs_is_what_a_closed_loop_commands():
-    effects = {}, {"presliding": 8e-3}, {"torque_ripple": 0.04, "cogging": 0.01, "motor_waves": 9.0}
-    motions = [replace(motion_of(**each), trajectory=short_motion(2.0, 0.1)) for each in effects]
-    loops, needs = driven(motions), [feedforward_currents(each, 1000.0) for each in motions]
-    # Below 10 Hz, as identification looks at it, on the joints whose loops keep up with friction that jumps.
-    low = signal.butter(2, 10.0, fs=1000.0, output="sos")
-    for rich in (1, 2):
-        loop, needed = (signal.sosfiltfilt(low, x[rich] - x[0], axis=0)[200:-200, :3] for x in (loops, needs))
-        share = np.sum(loop * needed, axis=0) / np.sum(needed**2, axis=0)
-        alike = np.sum(loop * needed, axis=0) / np.linalg.norm(loop, axis=0) / np.linalg.norm(needed, axis=0)
-        np.testing.assert_allclose(share, 1.0, rtol=0.08)
-        assert (alike > 0.85).all()
 
 
 def warming_up(plain, drives, x):

@@ -109,19 +109,11 @@ def test_an_arm_without_shapes_has_capsules_of_a_share_of_their_length_over_a_fl
     assert abs(folded - (0.08 - 0.048 - 0.0276)) < 1e-6
 
 
-def test_a_flange_ends_the_last_capsule_and_a_floor_of_the_file_s_own_is_the_only_one(tmp_path):
-    hanging, low = [np.pi, 0.0, 0.0, 0.0, 0.0], '<geom type="plane" size="1 1 1" pos="0 0 -0.6"/>'
-    short, long = (
-        distances(capsule_plant(tmp_path, flange=flange, floor=low), hanging, margin=0.2)[0]
-        for flange in ("", '<site name="flange" pos="0 0 0.35"/>')
-    )
-    assert abs(short - (0.6 + 0.5 - 0.92 - 0.0276)) < 1e-6
-    assert abs(long - (0.6 + 0.5 - 1.27 - 0.042)) < 1e-6  # 0.12 of 0.35 m
-
-
 def test_where_in_its_body_the_last_joint_is_moves_neither_flange_nor_weight(tmp_path):
-    # A last joint 0.1 m up its link: with its pose at zero, nothing else moves. The weight is where the flange is.
-    plant = capsule_plant(tmp_path, flange='<site name="flange" pos="0 0 0.35"/>')
+    # A last joint 0.1 m up its link: with its pose at zero, nothing else moves. The weight is where the flange is, which
+    # ends the last capsule; the floor of the file is the only one.
+    floor, flange = '<geom type="plane" size="1 1 1" pos="0 0 -0.6"/>', '<site name="flange" pos="0 0 0.35"/>'
+    plant = capsule_plant(tmp_path, flange=flange, floor=floor)
     text = plant.robot.model.read_text()
     hanging = np.array([[np.pi, 0.0, 0.0, 0.0, 0.0]])
     found = list[list[float]]()
@@ -132,8 +124,8 @@ def test_where_in_its_body_the_last_joint_is_moves_neither_flange_nor_weight(tmp
         box = Solid(cylinder=False, size=(0.03, 0.02, 0.2), center=center, rotation=flange.rotation)
         found.append([Clearance(plant, 2.0, solids)(hanging)[0] for solids in ([], [box])])
     # Radii are 0.12 of the last link's 0.35 and 0.25 m, the latter not below 3 % of the reach.
-    np.testing.assert_allclose(found[0], [0.5 - 1.27 - 0.042, 0.5 - 1.67], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(found[1], [0.5 - 1.27 - 0.0381, 0.5 - 1.67], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[0], [1.1 - 1.27 - 0.042, 1.1 - 1.67], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[1], [1.1 - 1.27 - 0.0381, 1.1 - 1.67], rtol=0, atol=1e-6)
 
 
 def test_a_base_or_floor_drawn_below_the_arm_is_left_out_near_its_joint_alone(tmp_path):

@@ -12,7 +12,7 @@ from refusals import refused
 import rx90_mjcf
 from ident.model import mjcf as mjcf_files
 from ident.model import xml_tree
-from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, load_arm, minimal_model
+from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, load_arm
 from ident.model.xml_tree import LARGEST, vector
 from ident.support.errors import RobotModelError
 from ident.support.files import captured_stderr
@@ -145,17 +145,6 @@ def test_what_a_library_prints_is_collected_and_the_terminal_is_given_back(capfd
         raise RobotModelError("broken")
     os.write(2, b"after\n")
     assert capfd.readouterr().err == "after\n"
-
-
-def test_a_model_that_was_reduced_before_is_the_same_arm(tmp_path):
-    for name, text in (("arm.xml", mjcf()), ("arm.urdf", urdf())):
-        path = written(tmp_path, name, text)
-        first, once = load_arm(path), written(tmp_path / "once", name, minimal_model(path).text)
-        last = load_arm(written(tmp_path / "twice", name, minimal_model(once).text))
-        assert last.joint_names == first.joint_names
-        for field in ("translation", "rotation", "axis", "lower", "upper"):
-            # One more body around it, which neither turns nor moves.
-            np.testing.assert_allclose(getattr(last, field), getattr(first, field), rtol=0, atol=1e-15)
 
 
 ARM = ("shoulder", "elbow", "wrist")

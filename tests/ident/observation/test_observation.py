@@ -45,27 +45,6 @@ def test_rows_satisfy_the_model_that_made_the_recording(recording, structure, ch
     assert max(residuals(observe(recording, structure, OPTIONS), chi)) < 2e-4
 
 
-def test_leaving_out_reversals_removes_most_of_the_misfit_of_friction_that_is_no_sign_function(
-    recording, structure, chi
-):
-    dq = np.gradient(recording.q, recording.period, axis=0)
-    Fc = chi.reshape(6, 14)[:, 12]
-    soft = Recording(recording.t, recording.q, recording.v + Fc * (np.tanh(dq / 0.03) - np.sign(dq)))
-    everything = ObserveOptions(reversal_speed=0.0, min_weight=-1.0)
-    kept, left_out = (np.array(residuals(observe(soft, structure, o), chi)) for o in (everything, OPTIONS))
-    assert (left_out < 0.3 * kept).all()
-
-
-def test_rows_are_linear_in_the_currents_and_as_frequent_as_asked(recording, structure):
-    options = ObserveOptions(rows_per_second=25.0)
-    one, two = (observe(replace(recording, v=k * recording.v), structure, options).joints for k in (1.0, 2.0))
-    for a, b in zip(one, two, strict=True):
-        np.testing.assert_array_equal(b.V, 2.0 * a.V)
-        np.testing.assert_array_equal(b.W, a.W)
-        np.testing.assert_allclose(np.diff(a.t).min(), 0.04, rtol=1e-9)
-        assert len(a.V) == len(a.W) == len(a.W_L) == len(a.t)
-
-
 def test_a_jittered_clock_is_resampled_and_said_so_and_samples_that_are_missing_are_no_jitter(arm, structure, chi):
     recording = smooth_recording(arm, chi, period=2e-3)
     t = recording.t + np.where(np.arange(len(recording.t)) % 9 == 4, 3e-4, 0.0)  # 15 % of 2 ms
@@ -153,11 +132,15 @@ def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng
 def test_the_time_of_a_row_is_that_of_its_currents(recording, structure):
     # Filters without phase leave a ramp as it is.
     slope = np.arange(1.3, 7.0)
-    ramp = replace(recording, v=recording.t[:, None] * slope)
-    for joint, k in zip(observe(ramp, structure, ObserveOptions(reversal_speed=0.0)).joints, slope, strict=True):
+    ramp, options = (
+        replace(recording, v=recording.t[:, None] * slope),
+        ObserveOptions(reversal_speed=0.0, rows_per_second=25.0),
+    )
+    for joint, k in zip(observe(ramp, structure, options).joints, slope, strict=True):
         whole = np.abs(joint.weight - 1.0) < 1e-9
         assert whole.sum() > 50
         np.testing.assert_allclose(joint.V[whole], k * joint.t[whole], rtol=1e-7)
+        np.testing.assert_allclose(np.diff(joint.t).min(), 0.04, rtol=1e-9)
 
 
 def test_rows_use_nothing_of_samples_that_are_spoilt_nor_of_what_filters_make_of_them(recording, structure):

@@ -32,22 +32,6 @@ def test_built_in_scenarios_pass(name):
     assert run(setup(name), 0).verdict.passed
 
 
-# Unknown zeros and tilt, and the form of load friction, take up a part of what discretisation leaves.
-TOLD = 'options = { zero_std = 0.0, tilt_std = 0.0, friction = "viscous-coulomb" }'
-
-
-@pytest.mark.usefixtures("_undiagnosed")
-@pytest.mark.parametrize(("options", "most"), [(TOLD, 1.5e-3), pytest.param("", 4e-3, marks=pytest.mark.slow)])
-def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
-    path = tmp_path / "quiet.toml"
-    path.write_text(
-        'extends = "nominal"\n[experiment.sensors]\nencoder_quantum = 0.0\nencoder_noise = 0.0\n'
-        f"current_white = 0.0\ncurrent_coloured = 0.0\n[identification]\n{options}\n"
-    )
-    verdict = run(setup(str(path)), 0).verdict
-    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < most
-
-
 def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     scenario = setup("nominal")
     experiment = scenario.experiments[0]
@@ -58,26 +42,6 @@ def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     assert (np.abs(dq) < drives.max_velocity).all()
     assert (np.abs(ddq) < drives.max_acceleration).all()
     assert Clearance(experiment.plant, 0.05)(q).min() > 0.029
-
-
-@pytest.mark.usefixtures("_undiagnosed")
-def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_joint_finds(tmp_path):
-    # Both in units of the residual's share of the rms current; 20 rows a second less those lost to reversals, and
-    # row weights below one near them, make the prediction the smaller one.
-    path = tmp_path / "alone.toml"
-    path.write_text(
-        'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
-        "[identification.gains]\nuncertainty = 'classical'\n[identification.observe]\nreversal_speed = 0.2\n"
-    )
-    scenario = setup(str(path))
-    design = Design.of(setup_without_motion(scenario.scenario))
-    rows = design.rows(scenario.experiments[0].trajectory)
-    predicted = design.predicted(rows)(design.carried).noise
-    result = run(scenario, 0)
-    for j, joint in enumerate(result.estimate.joints[:5]):
-        residual = result.estimate.residual_share(j)
-        found = joint.residual_std / joint.value / residual
-        assert 0.9 < found / (predicted[j] / 0.02) < 1.6
 
 
 @pytest.mark.slow

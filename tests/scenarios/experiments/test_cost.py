@@ -52,22 +52,6 @@ def test_the_torque_of_another_motion_is_predicted_with_the_gains_found_alone(ju
     assert errors[MOMENTS].found < 3.0 * errors[MOMENTS].found_std
 
 
-def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(f'extends = "ideal"\n[plant]\ngain = [1.2, 0.8, 1.2, 0.8, 1.2, 0.8]\n{COST}mass_error = 1e-3\n')
-    judged = scenarios.load(path).run(0)
-    assert judged.cost.passed
-    gains = judged.verdict.gains
-    assert [gain.identifiable for gain in gains] == [True] * 5 + [False]
-    assert max(abs(gain.rel_error) for gain in gains[:5]) < 1e-4
-    # The method's own error on these motions, 1e-4 of a gain, amplified where parameters are hard to tell apart.
-    assert max(judged.cost.torque_found.values()) < 1e-3
-    assert {each.quantity: each.found < 0.02 for each in judged.cost.arm} == {MOMENTS: True, INERTIAS: True}
-    # Nothing but the gains is wrong: g v of a joint is predicted as much too small or large as its gain makes the arm,
-    # less what the weight, stated in kg, adds of the true size.
-    assert min(judged.cost.torque_assumed.values()) > 0.05
-
-
 def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
     found, names = judged.cost.found, judged.setup.structure.base.names
     own = dict(zip(names, found.arm.in_si()[0].tolist(), strict=True))

@@ -2,18 +2,15 @@ import json
 import shlex
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from protocols import FOUR, protocol_setup, scenario_of
-from quick import quick_scenario
 
 from ident.estimation.estimate import FoundParameter
 from scenarios.cli import main
-from scenarios.experiments.draws import check_draws, drawn_settings
-from scenarios.experiments.run import Trial, run
+from scenarios.experiments.draws import check_draws
+from scenarios.experiments.run import run
 from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
 from scenarios.experiments.schema import TURNS, grouped, in_turns, motion_names, mountings
-from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError, WrongValue
 
@@ -83,20 +80,6 @@ def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):
 
 
 @pytest.mark.usefixtures("_undiagnosed")
-def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their_own(repeated, tmp_path):
-    pair = run(setup_of(load_scenario(str(quick_scenario(tmp_path)))), 5)
-    bare, loaded, bare_again, loaded_again = repeated.recordings
-    for before, after in zip(pair.recordings, (bare, loaded), strict=True):
-        np.testing.assert_array_equal(before.q, after.q)
-        np.testing.assert_array_equal(before.v, after.v)
-    for first, second in ((bare, bare_again), (loaded, loaded_again)):
-        # White noise of 5 % and coloured noise of 2 % of the rms current, drawn twice. The coloured one has some 200
-        # independent values, and makes a seventh of the variance; encoders, in the loop, make up to a sixth on joint 1.
-        share = np.std(first.v - second.v, axis=0) / np.sqrt(np.mean(first.v**2, axis=0))
-        np.testing.assert_allclose(share, np.sqrt(2 * (0.05**2 + 0.02**2)), rtol=0.1)
-
-
-@pytest.mark.usefixtures("_undiagnosed")
 def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path, capsys):
     protocol = ("loaded", "bare", "loaded", "light", "bare")
     path, folder = scenario_of(tmp_path, protocol), tmp_path / "saved"
@@ -111,20 +94,6 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
     for key in ("estimate", "std"):
         assert [gain[key] for gain in again["gains"]] == [gain[key] for gain in result["gains"]]
     assert again["fit"] == result["fit"]
-
-
-@pytest.mark.usefixtures("_undiagnosed")
-def test_draws_reach_every_payload_by_itself(tmp_path):
-    scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW))
-    drawn = np.array([list(drawn_settings(scenario, seed).values()) for seed in range(200)])
-    # Means and correlation of 200 pairs: beyond 4 standard errors once in 5000 choices of seeds.
-    np.testing.assert_allclose(drawn.mean(axis=0), [4.275, 6.5], rtol=0, atol=4 * 0.1 / np.sqrt(200))
-    assert abs(np.corrcoef(drawn.T)[0, 1]) < 4 / np.sqrt(200)
-    trials = tuple(Trial(number=k, seed=k) for k in (3, 4))
-    places = ["plant.payloads.heavy.mass", "plant.payloads.light.mass"]
-    rows = run_task(Task(scenario, trials, trial_schema(scenario, places, ()))).to_pandas()
-    np.testing.assert_array_equal(rows[places[::-1]].to_numpy()[::6], drawn[3:5])
-    assert rows["failure"].isna().all()
 
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):

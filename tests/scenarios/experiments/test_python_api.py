@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from places import ROOT
 
-import ident
 import scenarios
 from scenarios.cli import main
 from scenarios.support.errors import ScenarioError, WrongValue
@@ -41,22 +40,6 @@ def test_the_lines_of_the_readme_work_as_they_stand(tmp_path):
     assert len(trials) == 20 * 6
     assert sorted(set(swept[CUTOFF])) == [8.0, 15.0, 30.0]
     assert len(swept) == 3 * 20 * 6
-
-
-def test_the_arrays_of_an_identification_are_its_gains(quick):
-    s = quick.simulate(seed=5)
-    r = ident.identify(quick.arm, s.logs, method="ls-2011")
-    assert [each is None for each in r.reasons] == [not each for each in r.gain.mask]
-    assert 0 < r.gain.count() < 6  # so that both kinds are seen
-    for j, joint in enumerate(r.joints):
-        if isinstance(joint, ident.RefusedGain):
-            assert r.reasons[j] == joint.reason
-            continue
-        shares = (joint.residual_std, joint.payload_std, joint.model_std)
-        np.testing.assert_allclose((r.gain[j], r.std[j]), (joint.value, np.linalg.norm(shares)), rtol=1e-12)
-        assert abs(r.gain[j] / s.truth.gain[j] - 1.0) < 0.2
-    for each in (r.gain, r.std):
-        assert np.isfinite(each.data).all()  # no NaN hides behind the mask
 
 
 @pytest.mark.usefixtures("_undiagnosed")

@@ -9,7 +9,7 @@ import rx90_mjcf
 from ident.model.arm import Arm, load_arm, minimal_model
 from ident.support.errors import RobotModelError
 from scenarios.design.model_facts import model_facts
-from scenarios.experiments.robots import check_same_kinematics, joint_places, read_arm
+from scenarios.experiments.robots import check_same_kinematics, read_arm
 
 SLANTED = [
     ("a", "0.1 0.2 0.3", "10 20 30", "0.3 -0.5 0.7"),
@@ -87,18 +87,6 @@ def test_a_model_in_another_encoding_is_the_same(tmp_path):
         head = '<?xml version="1.0" encoding="ISO-8859-1"?>' if encoding == "latin-1" else ""
         path.write_bytes((head + text).encode(encoding))
         np.testing.assert_array_equal(load_arm(path).translation[2], [0.0, -0.131, 0.613])
-
-
-def test_urdf_and_mjcf_of_one_arm_have_the_same_joints(tmp_path):
-    (tmp_path / "arm.xml").write_text(mjcf())
-    (tmp_path / "arm.urdf").write_text(
-        urdf(more='<link name="tool"><visual><geometry><mesh filename="package://no/m.stl"/></geometry></visual></link>'
-             '<joint name="t" type="fixed"><parent link="wrist_3_link"/><child link="tool"/></joint>')
-    )  # fmt: skip
-    q = np.array([0.3, -1.1, 0.8, 2.2, -0.4, 1.7])
-    both = (joint_places(read_arm(tmp_path / file, ()), q) for file in ("arm.xml", "arm.urdf"))
-    for ours, theirs in zip(*both, strict=True):
-        np.testing.assert_allclose(ours, theirs, atol=1e-12)  # rounding of 90 degrees in radians
 
 
 def _carried(joints: list[str]) -> str:

@@ -14,7 +14,6 @@ import scenarios.experiments.study as module
 from ident import identification
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import IdentifiedGain
-from scenarios.cli import main
 from scenarios.experiments import trials
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.run import motion_streams, run
@@ -98,8 +97,13 @@ class Dying(Executor):
 
 
 def test_trials_whose_worker_dies_are_rows_that_say_so_and_are_tried_again_by_the_same_command(
-    study, reference, tmp_path
+    study, reference, tmp_path, monkeypatch
 ):
+    def failing(setup, seed):
+        if seed == 8:
+            raise MemoryError("no room for trial 3")
+        return drawn_settings(setup, seed)
+
     rows = rows_of(study, tmp_path, Workers(Dying, lambda: 1, OSError))
     died = rows["failure"] == "WorkerDied"
     assert set(rows[died]["trial"]) == {2, 3}  # they were one chunk
@@ -107,27 +111,12 @@ def test_trials_whose_worker_dies_are_rows_that_say_so_and_are_tried_again_by_th
     pd.testing.assert_frame_equal(rows[~died], reference[~died], check_exact=True)
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "trials").iterdir() if "2-0" not in path.name}
     assert len(kept) == 2
-    pd.testing.assert_frame_equal(rows_of(study, tmp_path), reference, check_exact=True)
-    assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
-
-
-def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_is_not(
-    study, reference, tmp_path, monkeypatch
-):
-    def failing(setup, seed):
-        if seed == 6:
-            raise MemoryError("no room for trial 1")
-        return drawn_settings(setup, seed)
-
-    monkeypatch.setattr(module, "CHUNK", TRIALS)
-    monkeypatch.setattr(module, "CHUNKS_EACH", 1)
     with monkeypatch.context() as patched:
         patched.setattr(running, "drawn_settings", failing)
         rows = rows_of(study, tmp_path)
-    assert rows["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
-    assert set(rows[rows["failure"] == "MemoryError"]["trial"]) == {1}
-    assert (reference["failure"] == "Saturated").any()
+    assert set(rows["failure"].dropna()) == {"Saturated", "MemoryError"}
     pd.testing.assert_frame_equal(rows_of(study, tmp_path), reference, check_exact=True)
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
 
 
 def test_more_trials_than_a_study_can_have_are_refused():
@@ -187,13 +176,6 @@ def test_both_motions_and_every_sensor_have_noise_of_their_own():
     assert changed == {"white"}
     alone = motion_streams(5, {"white": 9}, 2)[1]["white"].random()  # before the first motion draws any
     assert again[0][streams.index("white")] != again[1][streams.index("white")] == alone
-
-
-def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_path, capsys):
-    path = quick_scenario(tmp_path, '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"\n')
-    assert main(["monte-carlo", str(path), "-n", "2", "--out", str(tmp_path / "out")]) == 2
-    assert "no 'gian' in plant; did you mean 'gain'?" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):

@@ -14,17 +14,6 @@ from scenarios.results.sensitivity import Budget, joint_budget, sobol_indices
 from scenarios.support.errors import ScenarioError
 
 
-def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
-    for name in ("nominal", "paper-noise"):
-        sources = sources_of(load_scenario(name))
-        assert len(sources.columns) >= 16
-        settings, streams = settings_with(sources, {})
-        assert streams == {}
-        assert (settings["experiment.sensors.current_white"], settings["plant.payload.mass"]) == (0.0, 7.025)
-        noises = {"encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples"}
-        assert set(settings_with(sources, sources.medians()).streams) == noises
-
-
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
     sources = sources_of(load_scenario(str(two_sources(tmp_path))))
     off = settings_with(sources, {}).settings

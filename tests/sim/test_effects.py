@@ -52,11 +52,8 @@ def drive_torque(plant: Plant, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """What the drives give after rotors and friction, that of the third motion, [N m]."""
     d, e = plant.drives, plant.errors
     torque = d.gain * (V - d.amplifier_offset) - d.coulomb_asymmetry - d.rotor_inertia * ddq
-    viscous, coulomb = (
-        (1.0 + e.viscous_drift) ** 2 * d.viscous_friction,
-        (1.0 + e.coulomb_drift) ** 2 * d.coulomb_friction,
-    )
-    return torque - viscous * dq - coulomb * np.sign(dq)
+    torque = torque - (1.0 + e.viscous_drift) ** 2 * d.viscous_friction * dq
+    return torque - (1.0 + e.coulomb_drift) ** 2 * d.coulomb_friction * np.sign(dq)
 
 
 def coupling(e: ModelErrors, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:

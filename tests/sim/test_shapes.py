@@ -110,8 +110,8 @@ def test_an_arm_without_shapes_has_capsules_of_a_share_of_their_length_over_a_fl
 
 
 def test_where_in_its_body_the_last_joint_is_moves_neither_flange_nor_weight(tmp_path):
-    # A last joint 0.1 m up its link: with its pose at zero, nothing else moves. The weight is where the flange is, which
-    # ends the last capsule; the floor of the file is the only one.
+    # A last joint 0.1 m up its link: with its pose at zero, nothing else moves. The weight is where the flange is, and
+    # the last capsule ends there; the floor of the file is the only one.
     floor, flange = '<geom type="plane" size="1 1 1" pos="0 0 -0.6"/>', '<site name="flange" pos="0 0 0.35"/>'
     plant = capsule_plant(tmp_path, flange=flange, floor=floor)
     text = plant.robot.model.read_text()

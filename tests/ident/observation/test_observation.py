@@ -132,10 +132,8 @@ def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng
 def test_the_time_of_a_row_is_that_of_its_currents(recording, structure):
     # Filters without phase leave a ramp as it is.
     slope = np.arange(1.3, 7.0)
-    ramp, options = (
-        replace(recording, v=recording.t[:, None] * slope),
-        ObserveOptions(reversal_speed=0.0, rows_per_second=25.0),
-    )
+    ramp = replace(recording, v=recording.t[:, None] * slope)
+    options = ObserveOptions(reversal_speed=0.0, rows_per_second=25.0)
     for joint, k in zip(observe(ramp, structure, options).joints, slope, strict=True):
         whole = np.abs(joint.weight - 1.0) < 1e-9
         assert whole.sum() > 50

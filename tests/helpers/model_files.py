@@ -199,18 +199,6 @@ def with_jaw(*, jaw: str = "jaw") -> str:
     return _small("with_jaw", [(*row[:4], f'{row[4]} actuatorfrcrange="-2.9 2.9"') for row in rows])
 
 
-def weak(torque: float = 4.6) -> str:
-    """Six joints, of which the second hardly lifts the arm where it stretches out."""
-    axes = (("0 0 1", 2.6), ("0 1 0", 1.9), ("0 1 0", 2.3), ("0 1 0", 1.6), ("1 0 0", 1.5), ("0 0 1", 2.1))
-    masses, lengths = (0.4, 0.7, 0.5, 0.31, 0.2, 0.16), (0.07, 0.26, 0.24, 0.08, 0.05, 0.06)
-    rows, above = [], 0.06
-    for k, ((axis, most), mass, length) in enumerate(zip(axes, masses, lengths, strict=True), 1):
-        limits = f'range="{-most} {most - 0.1}" actuatorfrcrange="{-torque} {torque}"'
-        rows.append((f"part{k}", f"0 0 {above}", mass, length, f'name="m{k}" axis="{axis}" {limits}'))
-        above = length
-    return _small("weak", rows)
-
-
 def no_limits() -> str:
     """Seven joints in a URDF, some without ends, of which no effort and no speed is stated."""
     text, above, height = '<link name="base"/>', "base", 0.2

@@ -1,20 +1,8 @@
-"""What tests of results share: a gain to be shown, and intervals as they are drawn."""
+"""Parts of results, and intervals as they are drawn."""
 
-from ident.estimation.estimate import IdentifiedGain
 from scenarios.rendering.content import Table
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import ResultModel
-
-
-def identified(value: float, std: float, payload: float = 0.0, model: float = 0.0) -> IdentifiedGain:
-    return IdentifiedGain(
-        joint="j",
-        value=value,
-        residual_std=std,
-        payload_rel_std=payload,
-        model_rel_std=model,
-        predicted_rel_std=std / abs(value),
-    )
 
 
 def drawn_intervals(axes) -> list[dict[int, tuple[float, float, float]]]:

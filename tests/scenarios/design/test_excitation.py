@@ -7,10 +7,9 @@ from plants import CYLINDER, RX90, nominal_plant
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Limits
-from scenarios.prediction.deviations import ArmModel, Carried
-from sim.controller import inverse_dynamics
+from scenarios.prediction.deviations import Carried
 from sim.errors import TrajectoryError
-from sim.plant import Plant, bare_arm
+from sim.plant import Plant
 from sim.trajectory import FourierTrajectory, at_rest
 
 WANTED = np.arange(3)
@@ -67,17 +66,6 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
     over = designed(plant, structure, replace(limits, lower=center - reach, upper=center + reach)).excess(rows)
     np.testing.assert_allclose(over[:6].max(), 0.1, rtol=0, atol=1e-12)
     assert not over[6:].any()
-
-
-def test_the_torque_of_the_bare_arm_has_friction_and_offsets_of_its_drives(plant, structure):
-    offset, asymmetry = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.7]), np.array([-2.0, 3.0, 1.0, 0.5, 0.4, -0.3])
-    drives = replace(plant.drives, amplifier_offset=offset, coulomb_asymmetry=asymmetry)
-    rows = ArmModel.of(replace(plant, drives=drives), structure).rows(motion()(np.arange(0.0, 6.0, 1.0 / 7.0)), 7.0)
-    q, dq, ddq = rows.motion
-    rigid = inverse_dynamics(bare_arm(RX90.model, drives.rotor_inertia, RX90.flange), q, dq, ddq)
-    friction = drives.viscous_friction * dq + drives.coulomb_friction * np.sign(dq)
-    np.testing.assert_allclose(rows.rigid, rigid, rtol=0, atol=1e-9)  # N m, of some hundred
-    np.testing.assert_allclose(rows.bare, rigid + friction + drives.gain * offset + asymmetry, rtol=0, atol=1e-9)
 
 
 def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_thirty_times_the_excess(plant, structure):

@@ -1,7 +1,7 @@
 import mujoco
 import numpy as np
 from bad_files import refused
-from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, with_jaw, written
+from model_files import no_limits, written
 from robot_folders import arm_xml
 
 from scenarios.design.model_facts import model_facts
@@ -84,13 +84,3 @@ def test_a_number_that_no_arm_has_is_refused_with_its_place_and_one_that_limits_
     for speed, effort in (("0", "0"), ("-1.7", "1e6"), ("inf", "inf"), ("1e4", "0")):
         facts = model_facts(arm(tmp_path, SPEED=speed, EFFORT=effort), None)
         assert facts.torque == facts.velocity == {}
-
-
-def test_joints_beside_the_chain_to_a_flange_are_named(tmp_path):
-    path = written(tmp_path, "arm.xml", menagerie(hand=HAND, tail=FINGERS))
-    assert model_facts(path, "wrist_link").locked == ("finger1", "finger2")
-    path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
-    facts = model_facts(path, "wrist_link")
-    assert facts.locked == ("grip", "grip_r")
-    assert (facts.torque["elbow"], facts.velocity["wrist"]) == (90.0, 0.5)
-    assert model_facts(written(tmp_path, "jaw.xml", with_jaw()), None).locked == ()

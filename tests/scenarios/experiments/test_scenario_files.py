@@ -54,15 +54,6 @@ def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child
     assert (own.experiments[0].trajectory.sine == parents.experiments[0].trajectory.sine).all()
 
 
-def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
-    path = Path(child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n'))
-    robot_folder(path.parent, 6).rename(path.with_name("own.toml"))
-    (over := path.with_name("further.toml")).write_text('extends = "mine.toml"\n')
-    for file in (path, over):
-        table = load_scenario(str(file)).table
-        assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
-
-
 def test_motions_that_are_drawn_are_places_too_and_absolute_ones_names_and_other_choices_are_not():
     arm, studies = Path("/lab/arm"), Path("/lab/studies")
     draws = {

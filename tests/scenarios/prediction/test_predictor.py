@@ -9,7 +9,7 @@ from ident.estimation.problem import ObservedMotion, Problem
 from ident.observation.observation import observe
 from ident.recordings.recording import Recording
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.run import motion_streams, simulate
+from scenarios.experiments.run import motion_streams
 from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
 from scenarios.prediction.predictor import Linearised, _by_position, _variance, expected_logs
 from sim.sensors import logged
@@ -71,13 +71,6 @@ def inverse_gains(setup, recordings) -> np.ndarray:
     return joint_by_joint_gains(problem).solution.inverse
 
 
-@pytest.fixture(scope="module")
-def base(rich) -> tuple[Linearised, list, np.ndarray]:
-    """What the pair without an effect is expected to be, and the gains of its simulation."""
-    inverse = inverse_gains(rich, simulate(rich, 0).recordings)
-    return Linearised.of(rich, 4), expected_logs(rich, 4), inverse[:5]
-
-
 @pytest.mark.parametrize("stream", ["white", "coloured", pytest.param("current_sensor", marks=pytest.mark.slow)])
 def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     # At the full rate and at one in four; 120 draws, deviations of the deviation 6.5 %, bounds at four of them.
@@ -114,8 +107,8 @@ def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lastin
     np.testing.assert_allclose(_variance(noise, K, by_position), np.sum(np.square(found), axis=0), rtol=1e-12)
 
 
-def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich, base):
-    linear, logs, _ = base
+def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich):
+    linear, logs = Linearised.of(rich, 4), expected_logs(rich, 4)
     t, size = logs[0].log.t, 1e-6 * np.array([0.9, 0.4, 0.7, 1.3, 1.1, 0.6])
     waves = [size * np.sin(np.outer(t, 2.0 * np.pi * (f + np.arange(6))) + f) for f in (6.1, 7.3)]  # [Hz]
     moved = [

@@ -1,11 +1,12 @@
 import re
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from estimates import gain_estimate
-from page_parts import drawn_intervals, identified, plots, tables
+from estimates import gain_estimate, gain_of
+from page_parts import drawn_intervals, plots, tables
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
@@ -50,6 +51,7 @@ FOUND = Diagnosed(
 MASS = CostQuantity(
     quantity="mass", unit="kg", true=None, stated=7.0, assumed=6.5, assumed_std=0.1, found=None, found_std=None
 )
+identified = partial(gain_of, "j", payload=0.0, model=0.0)
 REFUSED = RefusedGain(joint="j", reason="too light", predicted_rel_std=0.35)
 
 
@@ -152,7 +154,7 @@ def test_tolerances_are_shown_if_they_differ_and_every_row_has_its_verdict():
 
 
 def test_plots_show_two_deviations_in_percent_of_the_gain():
-    result = result_of(REFUSED, identified(-0.8, 0.012, 0.02))
+    result = result_of(REFUSED, identified(-0.8, 0.012, payload=0.02))
     plot = plot_of(result, "Interval of each gain")
     assert plot.y == "Gain [% from the gain]"
     # hypot(0.012, 0.02 * 0.8) = 0.02, of which two: 5 % of 0.8.

@@ -67,19 +67,19 @@ def test_a_cluster_has_the_rows_of_a_study_at_home_gives_up_a_task_that_kills_it
     scenario, tmp_path
 ):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
-    once = dask.config.set({"distributed.scheduler.allowed-failures": 0})
-    with once, LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        with dask_workers(cluster.scheduler_address) as workers:
-            there, here = (
-                carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
-                for name, where in (("cluster", workers), ("home", HERE))
-            )
-            found = dict(completed(workers, double_or_die, range(11, 16)))
-            ended = completed(workers, double_or_die, range(100, 10_000))
-            next(ended)
-            cluster.close()
-            with pytest.raises(ScenarioError, match="the scheduler has exited; finished trials are kept"):
-                list(ended)
+    dask.config.set({"distributed.scheduler.allowed-failures": 0})
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None)
+    with cluster, dask_workers(cluster.scheduler_address) as workers:
+        there, here = (
+            carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()
+            for name, where in (("cluster", workers), ("home", HERE))
+        )
+        found = dict(completed(workers, double_or_die, range(11, 16)))
+        ended = completed(workers, double_or_die, range(100, 10_000))
+        next(ended)
+        cluster.close()
+        with pytest.raises(ScenarioError, match="the scheduler has exited; finished trials are kept"):
+            list(ended)
     pd.testing.assert_frame_equal(there, here, check_exact=True)
     assert found.pop(13).kind == "WorkerDied"
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}

@@ -64,11 +64,8 @@ def test_impossible_tunings_and_beliefs_are_refused():
     five = at_rest(np.zeros(5), np.zeros((5, 2)), np.full((5, 2), 0.1), 2.0)
     for make, message in (
         (lambda: ControllerOptions(rate_hz=1e9), r"controller: rate_hz = 1e\+09: expected 1 to 100000 Hz"),
-        (lambda: ControllerOptions(bandwidth_hz=0.0), r"bandwidth_hz = 0: expected more than 0 to 10000 Hz"),
-        (lambda: ControllerOptions(feedforward=np.nan), r"feedforward = nan: expected a finite number"),
         (lambda: replace(BELIEF, gain=(1.0, 1.0)), "2 gains and 6 rotor inertias; expected one per joint"),
         (lambda: replace(BELIEF, gain=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0)), "finite numbers up to .*, gains not zero"),
-        (lambda: replace(BELIEF, gain=(1e308,) * 6), "finite numbers up to 1e\\+09"),
         (lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6), "rotors not negative"),
         (lambda: tuned(other, short_motion(), TUNING), "6 joints, but the controller's model has 2"),
         (lambda: tuned(BELIEF, five, TUNING), "the motion moves 5 joints of an arm with 6"),

@@ -72,10 +72,9 @@ def test_a_frame_without_a_body_and_a_spring_without_a_link_are_refused(tmp_path
         plant_model(plant_of(read_robot(path), gravity_spring=900.0), loaded=False, step=1e-3)
 
 
-@pytest.mark.parametrize("elastic", [False, True])
-def test_a_coupled_motor_turns_with_the_sum_of_the_joints_that_its_robot_names(tmp_path, elastic):
+def test_a_coupled_motor_turns_with_the_sum_of_the_joints_that_its_robot_names(tmp_path):
     robot = read_robot(robot_folder(tmp_path, 4, extra=COUPLING))
-    compliance = (1e-4, 2e-4, 3e-4, 5e-4) if elastic else None
+    compliance = (1e-4, 2e-4, 3e-4, 5e-4)
     model = plant_model(plant_of(robot, wrist_coupling=0.4, joint_compliance=compliance), loaded=False, step=5e-4)
     free = plant_model(plant_of(robot, joint_compliance=compliance), loaded=False, step=5e-4)
     M, own = (inertia_matrix(m)[-4:, -4:] for m in (model, free))
@@ -119,7 +118,6 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text + "[", r"robot\.toml: .*(at line|end of document)"),
         (text.replace("[drives.gain]", "[drives.gain_]"), r"unknown key drives\.gain_; did you mean 'gain'"),
         (text.replace('origin = "assumed"\n', "", 1), r"home\.origin is missing$"),
-        (text.replace('origin = "assumed"', 'orign = "assumed"', 1), r"unknown key home\.orign; did you mean 'origin'"),
         (text.replace('source = "invented"', 'source = ""', 1), r"home\.source"),
         (text.replace('"assumed"', '["assumed", "measured"]', 1), "2 origins for 3 values"),
         (text.replace("value = [3.0, 3.3, ", "value = [3.3, "), r"max_velocity \[3\.3, 3\.6\]: expected 3 fin"),
@@ -127,7 +125,6 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
         (text.replace("value = [3.1, ", "value = [-3.1, "), "has a negative value"),
         (text.replace("arm.xml", "leg.xml"), "model = 'leg.xml': there is no file"),
         (text + COUPLING.replace("= 1", "= 4"), "3 with joint 4: expected two"),
-        (text + COUPLING.replace("= 1", "= 3"), "3 with joint 3: expected two"),
         (text + COUPLING + COUPLING.replace("= 1", "= 2"), "a motor is named twice"),
         (text + SPRING.replace("joint = 2", "joint = 3"), "first 2 joints"),
         (f"transmission = [[1, 0, 0], [0, 1, 0]]\n{text}", "transmission: expected 3 rows of 3 numbers"),

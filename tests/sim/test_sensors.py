@@ -40,16 +40,6 @@ def test_coloured_noise_is_as_strong_in_its_first_samples_as_later():
     np.testing.assert_allclose(noise.std(axis=1), 1.0, rtol=0, atol=0.045)
 
 
-def test_a_delay_is_in_seconds():
-    rate = 400.0
-    v = np.cumsum(np.random.default_rng(1).normal(size=(200, 2)), axis=0)
-    log = logged(v, v, rate, SensorOptions(current_delay=3.25 / rate), noise_streams(np.random.default_rng(0)))
-    expected = 0.75 * v[1:-3] + 0.25 * v[:-4]
-    # Rounding of times up to 0.5 s against a period of 1 ms.
-    np.testing.assert_allclose(log.v[4:], expected, rtol=0, atol=1e-11)
-    np.testing.assert_array_equal(log.q, v)
-
-
 def test_noise_is_in_proportion_to_the_rms_current_of_its_own_joint():
     v = np.array([2.0, -30.0, 0.5]) * np.ones((50_000, 3))
     options = SensorOptions(current_white=0.04, current_coloured=0.03, coloured_cutoff_hz=200.0)

@@ -44,26 +44,17 @@ FAULTS = {
     "": "the file is empty",
     "known = 'mass'": "mass is missing; without it gains and payload are known up to a common factor",
     "mass = 'heavy'": "mass = 'heavy': expected a finite number",
-    "mass = true": "mass = True: expected a finite number",
     "mass = -1\nknown = 'mass'": "mass = -1 kg; expected a positive number",
-    "mass = nan\nknown = 'mass'": "mass = nan: expected a finite number",
-    "mass = 7\ncom = [0, 0, inf]\nknown = 'mass'": "com = .*: expected three numbers",
-    "mass = 7\nmass_std = nan\nknown = 'mass'": "mass_std = nan: expected",
     "mass = 1\nknown = 'some'": "known = 'some': expected one of 'all', 'com', 'mass', 'none'",
     "mass = 1\nweight = 2": "unknown key 'weight'; known: mass",
     "mass = 1": "known = 'all' but com is missing; add it, or set known = 'mass'",
-    "mass = 1\ncom = [0, 0, 0]": "known = 'all' but inertia is missing",
-    "mass = 1\ncom = [0, 0]": r"com = \[0, 0\]: expected three numbers",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('1,', '0.02,').replace('izz = 0.02', 'izz = 0.07')}": (
         r"triangle inequality: .* 0\.02 \+ 0\.02 < 0\.07"
     ),
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1', 'ixx = -1')}": "smallest principal moment is -1",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1, ', '')}": r"inertia\.ixx is missing; ixx, iyy and izz",
-    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1, ', '')}": r"inertia\.izz is missing",
     f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz', 'zz')}": r"inertia: unknown key 'zz'; did you mean 'izz'\?",
-    "mass = 2020-02-02": r"mass = datetime.date\(2020, 2, 2\): expected a finite number",
     f"mass = {'9' * 5000}": "not TOML: Exceeds the limit",
-    f"mass = 1\ncom = [0x{'f' * 9000}]": r"com = \[a whole number of 36000 bits\]: expected three",
     "mass = 2\nknown = 'mass'\ncom_std = [1, 1, 1]": "com_std is given, but com is missing",
 }
 

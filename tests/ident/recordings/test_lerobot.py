@@ -157,13 +157,10 @@ MADE = {
     r"set: meta/info\.json: not JSON": truncated,
     r"'v1\.6'.*v2\.0 to v3\.0": edited(codebase_version="v1.6"),
     r"episodes\.jsonl is missing": edited(codebase_version="v2.1"),
-    "codebase_version = None": edited(codebase_version=None),
     "fps = 0: expected": edited(fps=0),
-    r"features = \[\]: expected": edited(features=[]),
     r"timestamps advance by 0\.04 s a frame, but fps = 50 of meta/info\.json says 0\.02 s": (
         lambda folder: so101(folder, t=LATE)
     ),
-    "data has no Parquet file": without(DATA, "data/chunk-000/file-001.parquet"),
     "1 has 0 of its 80 frames": without(DATA),
     "episodes has no Parquet file": without(LIST),
     "frame_index of episode 1 is 40 at its row 1, expected 0": lambda folder: so101(folder, files=FRAMES),

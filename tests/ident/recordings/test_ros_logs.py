@@ -117,8 +117,6 @@ REFUSED = {
     "no signal": ({}, replace(DESCRIPTION, signal=None), r"quantity in shoulder\.effort, elbow.* is not declared"),
     "no effort": ({"effort": ()}, DESCRIPTION, "no column is declared for currents.*; found stamp, elbow.position"),
     "no stamp": ({"stamp": 0.0}, DESCRIPTION, r"the stamp of every header is 0; the publisher has to set it"),
-    "one stamp": ({"stamp": 1.5}, DESCRIPTION, r"time does not increase at row 2"),
-    "nan": ({"effort": [np.nan] * 4}, DESCRIPTION, r"v1 is not a finite number at row 1"),
 }  # fmt: skip
 
 
@@ -149,19 +147,12 @@ def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("storage", "ending"), [("sqlite3", "db3"), ("mcap", "mcap")])
-def test_a_damaged_file_is_one_line_or_the_same_log(tmp_path, storage, ending):
+def test_a_damaged_file_is_one_line(tmp_path, storage, ending):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed="storage" if storage == "mcap" else "")
     path = bag / f"bag.{ending}"
-    whole, rng = path.read_bytes(), np.random.default_rng(5)
-    for _ in range(10):
-        broken = bytearray(whole)
-        for place in rng.integers(0, len(whole), 3).tolist():
-            broken[place] = int(rng.integers(0, 256))
-        path.write_bytes(bytes(broken[: rng.integers(100, len(whole))] if rng.random() < 0.4 else broken))
-        try:
-            read_recording(bag, DESCRIPTION)
-        except RecordingError as error:
-            assert re.match(rf"{re.escape(str(bag))}: [^\n]*$", str(error))  # noqa: PT017
+    for share in (3, 100):
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // share])
+        unread(rf"{re.escape(str(bag))}: [^\n]*$", bag, DESCRIPTION)
     (bag / "metadata.yaml").write_text("rosbag2: [")
     unread("not a readable ROS 2 bag or MCAP file", bag, DESCRIPTION)
 

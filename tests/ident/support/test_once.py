@@ -26,9 +26,8 @@ def test_each_object_and_each_set_of_further_arguments_is_asked_once_and_errors_
         return [*more, 7]
 
     things = [Thing() for _ in range(300)]  # more than any cache of a fixed size would hold
-    for _ in range(2):
-        for each in things:
-            assert [found(each), found(each, 3), found(each, 3, 5)] == [[7], [3, 7], [3, 5, 7]]
+    for each in 2 * things:
+        assert [found(each), found(each, 3), found(each, 3, 5)] == [[7], [3, 7], [3, 5, 7]]
     assert len(calls) == len(set(calls)) == 900
     with pytest.raises(LookupError):
         found(things[0], 9)

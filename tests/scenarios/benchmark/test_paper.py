@@ -1,4 +1,3 @@
-import copy
 import json
 
 import numpy as np
@@ -100,23 +99,12 @@ def test_the_page_of_the_paper_is_made_of_what_is_stored(written, repeated, monk
 
 
 def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(written):
-    stated = json.loads((written / "paper.json").read_text())
-    older = copy.deepcopy(stated)
-    del older["result"]["gains"]
-    (written / "paper.json").write_text(json.dumps(older))
-    with pytest.raises(ScenarioError, match=r"paper\.json: damaged, or written by another version of rx90: .*gains"):
-        page_of(written)
-    (written / "paper.json").write_text(json.dumps(stated))
     rows = pd.read_parquet(written / "rows.parquet")
     rows.assign(measured=1.01 * rows["measured"]).to_parquet(written / "rows.parquet", index=False)
     with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; write it again"):
         page_of(written)
     (written / "rows.parquet").unlink()
     with pytest.raises(ScenarioError, match=r"rows\.parquet: cannot be read: .*No such file"):
-        page_of(written)
-    (written / "paper.md").touch()
-    (written / "paper.json").unlink()
-    with pytest.raises(ScenarioError, match="contains no whole result"):
         page_of(written)
 
 

@@ -1,5 +1,3 @@
-import json
-import os
 import re
 from pathlib import Path
 
@@ -42,19 +40,13 @@ SCENARIOS = {
     "extends = 3": "expected the name of one scenario",
     'description = "x"': "plant is missing",
     "[plant]\ngain = [1, 2]": "plant.gain: 2 values, but tolerance.gain has 6",
-    '[plant]\ngain = ["a", 1, 1, 1, 1, 1]': "plant.gain.1: .*valid number.* got 'a'",
     '[experiment]\nmotion = "drive-gain"': "unknown motion .* did you mean 'drive-gains'?",
     '[belief]\npayload = "7 kg"': "unknown payload '7 kg'; did you mean '7.025 kg'?",
     "[belief]\ncontroller_gain = [1, 1, 1, 1, 1, 0]": "a gain of zero commands nothing",
-    "[belief.payload]\nmas = 3": "belief.payload: unknown key 'mas'",
     "[belief]\ncouplings = [[5, 7]]": "belief.couplings: joints 5 and 7; .* from 1 to 6",
-    "[belief]\ncouplings = [[5, 5]]": "belief.couplings: joints 5 and 5; expected two",
-    "[plant]\ngain = [nan, 1, 1, 1, 1, 1]": "plant.gain.1: .*finite number",
     "[experiment.controller]\nrate_hz = 0.0": "rate_hz: input .* equal to 1, got 0",
     "[plant.payload]\nmass = 0\ncom = [0, 0, 0]": "payload.(mass: .*greater|inertia is missing)",
     "[plant.errors]\njoint_compliance = [1e-5]": "joint_compliance: 1 values .* expected 6",
-    "[identification.options]\nblocks = 7": "identification.options: unknown key 'blocks'",
-    '[identification.gains]\nuncertainty = "x"': "expected one of classical, jackknife",
 }
 
 DRAWS = {
@@ -73,9 +65,6 @@ DRAWS = {
     '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size applies to noise only",
-    '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
-        "sources.it.stream: expected one of encoder, white, coloured, clock, current_sensor, drive_clocks, samples"
-    ),
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"': (
         "the stream white is already used by sources.white current noise"
     ),
@@ -90,8 +79,6 @@ DRAWS = {
 COSTS = {
     '[cost]\npayload = "4.3 kg"\n': "unknown payload '4.3 kg'; did you mean '4.275 kg'",
     '[cost]\npayload = "4.275 kg"\nmas_error = 0.1\n': "unknown key cost.mas_error; did you mean 'mass_error'",
-    '[cost]\npayload = "4.275 kg"\nmass_error = 0.0\n': "cost.mass_error: input should be greater than 0, got 0",
-    "[cost]\nmass_error = 0.1\n": "cost.payload is missing",
     '[experiment]\nprotocol = ["loaded"]\n[cost]\npayload = "4.275 kg"\n': (
         "cost: needs a bare and a loaded motion in experiment.protocol, got loaded"
     ),
@@ -100,14 +87,11 @@ COSTS = {
 PROTOCOLS = {
     'experiment.protocol = ["bare", "haevy"]': r"no payload 'haevy'; did you mean 'heavy'\?; known: bare, loaded",
     "experiment.protocol = []": r"experiment\.protocol: 0 motions; expected 1 to 64",
-    f"experiment.protocol = {json.dumps(['bare'] * 65)}": "65 motions; expected 1 to 64",
     'plant.payloads."7 kg" = "7.025 kg"': r"plant\.payloads: '7 kg' is no name for a payload",
     'plant.payloads.bare = "7.025 kg"': r"'bare' is no name for a payload; expected small .*not bare or unloaded",
     'plant.payloads.loaded = "7.025 kg"': r"plant: payload and payloads\.loaded denote the same payload",
     'plant.payloads.haevy = "7.025 kg"': r"plant: belief has no payload 'haevy'; did you mean 'heavy'\?",
     'belief.payloads.lihgt = "7.025 kg"': r"belief: plant has no payload 'lihgt'; did you mean 'light'\?",
-    'plant.payloads.light = "4.257 kg"': r"unknown payload '4\.257 kg'; did you mean '4\.275 kg'\?",
-    "plant.payloads.heavy.mas = 3.0": r"unknown key plant\.payloads\.heavy\.mas; did you mean 'mass'\?",
     "belief.payloads.heavy.mas = 3.0": r"belief\.payloads\.heavy: payload: unknown key 'mas'; did you mean 'mass'\?",
     'belief.known = "com"': r"belief\.known: .*'all' or 'mass', got 'com'",
 }
@@ -120,9 +104,7 @@ MOTIONS = {
     "no duration": (MOTION.replace("duration", "# duration"), "duration is missing"),
     "just too long": (MOTION.replace("8.0", "600.001"), "less than or equal to 600, got 600.001"),
     "nan": (MOTION.replace("-0.08", "nan"), "cosine.1.2: input should be a finite number, got nan"),
-    "huge whole number": (MOTION.replace("0.2]", "9" * 400 + "]", 1), r"center\.2: input should be a finite number"),
     "ragged": (MOTION.replace("-0.1, 0.0]", "-0.1]"), r"rows of \[3, 2, 3, 3\] in sine and cosine, do not fit"),
-    "sizes": (MOTION.replace("[0.1, 0.2]", "[0.1]"), r"1 numbers in center, and rows of \[3, 3, 3, 3\]"),
     "a start": (MOTION.replace("-0.08", "-0.09"), "the motion does not start at rest"),
     "not two": (MOTION, "moves 2 joints of 6"),
 }
@@ -155,12 +137,3 @@ def test_a_faulty_motion_is_refused_in_one_line(tmp_path):
         assert_refused(
             tmp_path / "mine.toml", f"extends = 'nominal'\n[experiment]\nmotion = 'motion-{number}.toml'\n", message
         )
-
-
-def test_a_motion_or_scenario_that_is_no_regular_file_is_refused(tmp_path):
-    os.mkfifo(tmp_path / "pipe.toml")
-    (tmp_path / "folder.toml").mkdir()
-    for name, message in (("pipe.toml", "is a pipe"), ("folder.toml", "is a folder"), ("absent.toml", "no such file")):
-        assert message in refusal(tmp_path / name)
-    for name, message in (("pipe.toml", "is a pipe"), ("absent.toml", "unknown motion 'absent.toml'")):
-        assert_refused(tmp_path / "mine.toml", f"extends = 'nominal'\n[experiment]\nmotion = '{name}'\n", message)

@@ -9,7 +9,6 @@ from quick import BRIEF, quick_scenario
 
 from ident.support.errors import OptionError
 from scenarios.experiments.judge import judge
-from scenarios.experiments.robots import robot
 from scenarios.experiments.run import run
 from scenarios.experiments.scenario import Setup, load_scenario, setup_of, value_at, with_method
 from scenarios.experiments.scenario_files import builtin_names
@@ -60,15 +59,6 @@ def test_a_run_is_judged_by_the_gain_at_its_own_currents(tmp_path):
     found = run(setup_of(load_scenario(str(path))), 3)
     assert [gain.true for gain in found.verdict.gains] == found.truth.gain.tolist()
     assert (found.truth.gain < 0.99 * found.setup.true_gain).all()
-
-
-def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
-    found = setup(tmp_path, '[plant]\ngain = [1, 2, 3, 4, 5, 6]\n[belief.payload]\nmass = 7.0\nknown = "mass"\n')
-    np.testing.assert_array_equal(found.true_gain, [1, 2, 3, 4, 5, 6])
-    assert found.payloads["loaded"].known == "mass"
-    plant, nominal = found.experiments[0].plant, robot().drives
-    assert plant.payload.mass == 7.025  # the truth is not what is believed
-    np.testing.assert_array_equal(plant.drives.viscous_friction, nominal.viscous_friction)
 
 
 def test_identification_is_told_of_a_coupling_only_by_the_belief(tmp_path):

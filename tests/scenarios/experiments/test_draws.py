@@ -7,7 +7,6 @@ from scipy import stats
 from scenarios.experiments.draws import drawn_settings, spread_of
 from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario
-from scenarios.support.errors import ScenarioError
 
 
 def scenario(folder: Path, text: str) -> Scenario:
@@ -65,17 +64,6 @@ def test_each_of_a_set_is_chosen_in_its_turn_and_another_draw_does_not_move_the_
     one, two = (drawing(tmp_path, '"plant.gain"', f'distribution = "norm"\n{more}') for more in ("", also))
     assert drawn_settings(one, 5)["plant.gain"] == drawn_settings(two, 5)["plant.gain"]
     assert drawn_settings(one, 5) != drawn_settings(one, 6)
-
-
-def test_a_setting_that_a_place_does_not_take_is_refused_with_the_place():
-    nominal = load_scenario("nominal")
-    for settings, message in (
-        ({"experiment.step": -0.5}, r"nominal: experiment\.step: .*greater than 0, got -0\.5"),
-        ({"plant.payload.mass": "heavy"}, r"nominal: plant\.payload\.mass: .*valid number, got 'heavy'"),
-        ({"plant.gain": [2.0, 3.0]}, r"plant\.gain: 2 values, but tolerance\.gain has 6"),
-    ):
-        with pytest.raises(ScenarioError, match=message):
-            with_settings(nominal, settings)
 
 
 def test_no_file_is_read_for_a_trial_of_a_resolved_scenario(monkeypatch):

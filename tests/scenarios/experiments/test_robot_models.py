@@ -26,8 +26,6 @@ READ_ALIKE = {
     "axisangle in radians": mjcf(
         head='<compiler angle="radian"/>', links=SLANTED, swap=('euler="10 20 30"', 'axisangle="1 2 3 0.7"')
     ),
-    "zaxis": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'zaxis="3 1 2"')),
-    "xyaxes": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'xyaxes="3 1 2 1 1 1"')),
     "anchor and ref": mjcf(links=SLANTED, swap=(TYPES, TYPES.replace("/>", ' pos="0.1 -0.2 0.05" ref="35"/>'))),
     "slide": mjcf(links=SLANTED, swap=(TYPES, '<joint name="b_joint" type="slide" axis="1 2 3" range="-0.3 0.4"/>')),
     "gravity, said twice": mjcf(head='<option gravity="1 2 3"/><option gravity="1.2 -2.3 -8.4"/>'),
@@ -45,11 +43,6 @@ READ_ALIKE = {
         swap=(TYPES, '<joint name="b_joint" class="main"/>'),
     ),
     "furniture": mjcf(world='<body name="table" pos="1 2 3"/><geom size="1"/><light/><camera/>'),
-    "a frame of shapes": mjcf(world='<frame pos="1 2 3"><geom size="1"/></frame>'),
-    "keyframe, drives, sensors": mjcf(
-        tail='<keyframe><key qpos="0 0 0 0 0 0"/></keyframe><actuator><motor joint="elbow_joint"/></actuator>'
-        '<sensor><jointpos joint="elbow_joint"/></sensor><equality><weld body1="base" active="false"/></equality>'
-    ),
     "meshes that are missing": mjcf(
         head='<compiler meshdir="nowhere"/><asset><mesh name="m" file="m.stl"/>'
         '<texture type="2d" name="t" file="t.png"/><material name="w" texture="t"/></asset>',

@@ -7,14 +7,10 @@ from printed import printed
 from quick import SENSORS, quick_scenario
 from scipy import stats
 
-from ident.diagnosis.diagnose import horizon
-from ident.preparation import SIMULATED, prepare
 from scenarios.cli import main
-from scenarios.experiments.run import simulate
-from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
+from scenarios.experiments.scenario import load_scenario, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, SourceTable
 from scenarios.prediction.budget import OTHER, PredictedBudget, moments, predicted_budget
-from scenarios.prediction.predictor import enough, expected_preparation
 from scenarios.support.errors import ScenarioError
 
 FRICTION, DRIFT = "plant.errors.load_friction", "plant.errors.coulomb_drift"
@@ -134,23 +130,6 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
     ]
     with pytest.raises(ScenarioError, match="declares no error sources"):
         predicted_budget(sourced(quick))
-
-
-@pytest.mark.slow
-def test_faults_that_motions_will_exclude_are_those_that_simulated_logs_exclude(quick):
-    assert enough(setup_of(quick)) == 4  # 16 times 15 Hz from 1 kHz
-    assert enough(setup_of(with_settings(quick, {"experiment.controller.rate_hz": 200.0}))) == 1
-    setup = setup_of(load_scenario("nominal"))
-    simulated = horizon(prepare(simulate(setup, 7).logs, setup.structure, policy=SIMULATED).logs())
-    expected = horizon(expected_preparation(setup, enough(setup)).logs())
-    hidden = ("zero of q1", "zero of q5 off by half a turn", "sign and zero of q6")
-    assert expected.undetectable[:3] == simulated.undetectable[:3] == hidden
-    sizes, found = ({each.family: each for each in one.excluded} for one in (expected, simulated))
-    assert set(sizes) == set(found)
-    assert sizes["sign"].joints == found["sign"].joints == (0, 1, 2, 3, 4)
-    for name in ("zero", "lengths", "clock"):
-        assert sizes[name].joints == found[name].joints, name
-        assert 0.4 < sizes[name].limit / found[name].limit < 2.5, name  # of 240 samples a second, and other noise
 
 
 def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):

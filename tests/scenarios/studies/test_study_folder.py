@@ -41,20 +41,6 @@ def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
     )
 
 
-def test_lost_trials_are_there_for_readers_and_missing_for_the_next_to_work(tmp_path):
-    with opened(tmp_path) as folder:
-        folder.keep(part(0, 2))
-        folder.keep(part(3, 4, "WorkerDied"))
-        folder.keep(part(5, 5))
-    with opened(tmp_path) as folder:
-        assert folder.missing(8) == [range(3, 5), range(6, 8)]
-        assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
-        folder.forget_lost()
-        assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 5, 5]
-        folder.keep(part(3, 4))
-        assert folder.missing(6) == []
-
-
 def test_the_record_names_what_was_requested_and_the_folder_of_another_study_is_refused(tmp_path):
     for count, most in ((9, 9), (4, 9), (13, 13)):
         with opened(tmp_path, count=count):

@@ -170,33 +170,27 @@ GRIPPER = "".join(
 )
 
 
-def _small(name: str, rows: Sequence[tuple[str, str, float, float, str]]) -> str:
-    """MJCF of an arm whose links reach along z; of each its name, place, mass [kg], length [m], joint's attributes."""
+def with_jaw() -> str:
+    """Five joints and a jaw, of the size and torques of arms from hobby servos, in MJCF; links reach along z."""
     bodies = ""
-    for link, pos, mass, length, joint in rows:
-        i = 0.11 * mass * length**2 + 1e-6
-        bodies += (
-            f'<body name="{link}" pos="{pos}"><inertial pos="0.003 -0.004 {0.45 * length}" mass="{mass}" '
-            f'diaginertia="{i} {i} {0.3 * i}"/><joint {joint}/>'
-            f'<geom type="capsule" fromto="0 0 0 0 0 {length}" size="{0.09 * length + 0.008:.4g}"/>'
-        )
-    return (
-        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>'
-        f'<geom type="plane" size="2 2 0.1"/>{bodies}{"</body>" * len(rows)}</worldbody></mujoco>'
-    )
-
-
-def with_jaw(*, jaw: str = "jaw") -> str:
-    """Five joints and a jaw, of the size and torques of arms from hobby servos; `jaw` is the last joint's name."""
-    rows = [
+    for link, pos, mass, length, joint in (
         ("turret", "0 0 0.06", 0.11, 0.05, 'name="pan" axis="0 0 1" range="-1.9 1.9"'),
         ("upper", "0.03 0 0.05", 0.12, 0.113, 'name="lift" axis="0 1 0" range="-1.7 1.6"'),
         ("lower", "0 0 0.113", 0.10, 0.135, 'name="elbow" axis="0 1 0" range="-1.6 1.7"'),
         ("hand", "0 0 0.135", 0.08, 0.06, 'name="bend" axis="0 1 0" range="-1.6 1.6"'),
         ("palm", "0 0 0.06", 0.09, 0.03, 'name="roll" axis="0 0 1" range="-2.7 2.8"'),
-        ("claw_part", "0.02 0 0.03", 0.015, 0.06, f'name="{jaw}" axis="0 1 0" range="-0.2 1.7"'),
-    ]
-    return _small("with_jaw", [(*row[:4], f'{row[4]} actuatorfrcrange="-2.9 2.9"') for row in rows])
+        ("claw_part", "0.02 0 0.03", 0.015, 0.06, 'name="jaw" axis="0 1 0" range="-0.2 1.7"'),
+    ):
+        i = 0.11 * mass * length**2 + 1e-6
+        bodies += (
+            f'<body name="{link}" pos="{pos}"><inertial pos="0.003 -0.004 {0.45 * length}" mass="{mass}" '
+            f'diaginertia="{i} {i} {0.3 * i}"/><joint {joint} actuatorfrcrange="-2.9 2.9"/>'
+            f'<geom type="capsule" fromto="0 0 0 0 0 {length}" size="{0.09 * length + 0.008:.4g}"/>'
+        )
+    return (
+        '<mujoco model="with_jaw"><compiler angle="radian" autolimits="true"/><worldbody>'
+        f'<geom type="plane" size="2 2 0.1"/>{bodies}{"</body>" * 6}</worldbody></mujoco>'
+    )
 
 
 def no_limits() -> str:

@@ -113,8 +113,6 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(tmp_path, 
     nls, rest = ["--method", "nls"], ["-n", "1", "--out", "o"]
     for words, message in (
         (["nominal", *rest], "required: --method"),
-        ([*nls, *rest], "required: SCENARIO"),
-        (["nominal", *nls, "--out", "o"], "required: -n"),
         (["nominal", "nominal", *nls, *rest], "'nominal' is given twice"),
         (["nominal", *nls, *nls, *rest], "method 'nls' is given twice"),
         (["nominal", "--method", "nsl", *rest], "did you mean 'nls'"),

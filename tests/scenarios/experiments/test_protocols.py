@@ -14,14 +14,6 @@ from scenarios.experiments.schema import TURNS, grouped, in_turns, motion_names,
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError, WrongValue
 
-DRAW = """
-[random."payload mass"]
-target = ["plant.payloads.light.mass", "plant.payloads.heavy.mass"]
-distribution = "norm"
-parameters = { scale = 0.1 }
-apply = "add"
-"""
-
 
 def test_motions_of_one_payload_are_identified_together_and_those_of_a_mounting_that_returns_are_in_turns():
     assert grouped(("bare", "light", "heavy", "bare")) == (0, 1, 2, 3)
@@ -97,10 +89,10 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
 
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
-    single = DRAW.replace("payloads.light.mass", "payload.mass")
-    for protocol, draw, said in (
-        (("bare", "loaded"), DRAW, r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"),
-        (FOUR, single, r"plant\.payload: no motion of experiment\.protocol carries this payload"),
+    draw = '[random.mass]\ntarget = ["plant.{}.mass", "plant.payloads.heavy.mass"]\ndistribution = "norm"\n'
+    for protocol, payload, said in (
+        (("bare", "loaded"), "payloads.light", r"random\.mass: no 'light' in plant\.payloads; known: nothing"),
+        (FOUR, "payload", r"plant\.payload: no motion of experiment\.protocol carries this payload"),
     ):
         with pytest.raises(WrongValue, match=said):
-            check_draws(load_scenario(scenario_of(tmp_path, protocol, draw)))
+            check_draws(load_scenario(scenario_of(tmp_path, protocol, draw.format(payload))))

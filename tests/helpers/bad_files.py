@@ -6,13 +6,6 @@ from pathlib import Path
 from scenarios.cli import main
 
 
-def only_line(capsys) -> str:
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err
-
-
 def names_file(line: str, path: Path, message: str) -> None:
     assert path.name in line
     assert len(line) < 500
@@ -26,6 +19,6 @@ def refused(capsys, words: list[str]) -> str:
         status = main(words)
     except SystemExit as ended:
         status = ended.code
-    line = only_line(capsys)
-    assert (status, len(line) < 700, line[:4]) == (2, True, "rx90"), words
+    out, line = capsys.readouterr()
+    assert (status, out, line.count("\n"), len(line) < 700, line[:4]) == (2, "", 1, True, "rx90"), words
     return line

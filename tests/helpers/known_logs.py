@@ -15,10 +15,8 @@ UR_MIDDLE = np.array([0.3, -1.2, 1.1, -0.4, 0.7, 0.2])
 BRICK = Payload(mass=4.3, com=(0.07, -0.05, 0.11), inertia=(0.021, 0.017, 0.012, 0.002, -0.001, 0.003), mass_std=0.005)
 
 
-def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: float = 1.0, count: int = 6) -> pin.Model:
-    """Six axes in the arrangement of a UR10, links of lopsided inertia; `reach` scales its arm's lengths,
-    and only the first `count` axes are taken.
-    """
+def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), count: int = 6) -> pin.Model:
+    """Up to six axes in the arrangement of a UR10, links of lopsided inertia."""
     model = pin.Model()
     model.name = "ur-like"
     model.gravity = pin.Motion(np.array(gravity), np.zeros(3))
@@ -26,8 +24,8 @@ def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: floa
     places = [
         (np.eye(3), (0.0, 0.0, 0.128)),
         (turn, (0.0, 0.22, 0.0)),
-        (np.eye(3), (0.0, -0.171, 0.612 * reach)),
-        (turn, (0.0, 0.0, 0.572 * reach)),
+        (np.eye(3), (0.0, -0.171, 0.612)),
+        (turn, (0.0, 0.0, 0.572)),
         (np.eye(3), (0.0, 0.115, 0.0)),
         (np.eye(3), (0.0, 0.0, 0.116)),
     ]

@@ -1,4 +1,3 @@
-import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +7,6 @@ import pytest
 from robot_folders import arm_xml, robot_folder
 
 from ident.support.errors import RobotModelError
-from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import check_same_payload, joint_places, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario, setup_without_motion
@@ -38,13 +36,6 @@ def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml") -> Path:
         f"[tolerance]\ngain = [0.05, 0.05, 0.05]\nidentifiable = [false, true, true]\n"
     )
     return path
-
-
-def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, capsys):
-    status = main(["run", str(own_scenario(tmp_path)), "--json"])
-    result = json.loads(capsys.readouterr().out)
-    assert [gain["true"] for gain in result["gains"]] == [0.8, 0.8 + 0.11, 0.8 + 0.22]
-    assert status == 0
 
 
 def test_a_robot_that_is_not_there_or_has_other_arrays_is_refused(tmp_path):

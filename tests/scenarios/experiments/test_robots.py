@@ -7,33 +7,24 @@ import pytest
 from robot_folders import arm_xml, robot_folder
 
 from ident.support.errors import RobotModelError
-from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import check_same_payload, joint_places, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
 from scenarios.support.errors import ScenarioError, WrongValue
-from sim.trajectory import at_rest
 
 N = 3
 PAYLOAD = "{ mass = 2.3, com = [0.09, 0.06, 0.11], inertia = { ixx = 0.011, iyy = 0.012, izz = 0.006 } }"
 
 
 def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml") -> Path:
-    """A robot of three joints, a motion of 6 s and a scenario; returns the scenario's path.
-
-    The first axis is vertical and moves too little to show its gain.
-    """
+    """The file of a scenario of a robot of three joints, whose motion is for six."""
     robot_folder(folder / "arm", N)
-    rng = np.random.default_rng(1)
-    motion = at_rest(0.3 - 0.07 * np.arange(N), *(0.2 * rng.normal(size=(2, N, 3))), 6.0)
-    write_motion(motion, folder / "motion.toml", [])
     path = folder / "own.toml"
     path.write_text(
         f'extends = "any-arm"\ndescription = "an invented arm"\nrobot = "{robot_name}"\n'
-        f'[plant]\npayload = {PAYLOAD}\n[experiment]\nmotion = "motion.toml"\n'
-        "sensors = { current_white = 0.01, current_coloured = 0.0 }\n"
-        f"[belief]\npayload = {PAYLOAD}\ncontroller_gain = [1.1, 0.9, 1.2]\n"
-        f"[tolerance]\ngain = [0.05, 0.05, 0.05]\nidentifiable = [false, true, true]\n"
+        f'plant.payload = {PAYLOAD}\nexperiment.motion = "drive-gains"\n'
+        f"belief = {{ payload = {PAYLOAD}, controller_gain = [1.1, 0.9, 1.2] }}\n"
+        "tolerance = { gain = [0.05, 0.05, 0.05], identifiable = [false, true, true] }\n"
     )
     return path
 

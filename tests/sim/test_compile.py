@@ -57,16 +57,12 @@ def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings):
     assert (ends[0] != ends[2]).any()
 
 
-def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulation]:
-    return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
-
-
 @pytest.mark.parametrize("errors", [ModelErrors(), ModelErrors(load_friction=0.3)])
 @pytest.mark.parametrize("current", [1e3, np.inf])
 def test_the_plant_takes_no_more_current_than_its_drives_give_nor_does_its_friction(current, errors):
     plant = nominal_plant(errors=errors)
     limit, model = plant.drives.current_limit, plant_model(plant, loaded=True, step=1e-3)
-    four = simulations([copy(model) for _ in range(4)], np.zeros((4, 6)))
+    four = [Simulation(model=copy(model), start=np.zeros(6)) for _ in range(4)]
     if varies(errors):
         four = [replace(each, varied=acting(plant, each.model, step=1e-3, earlier=0)) for each in four]
     engine = Engine(four, substeps=1, threads=1)

@@ -44,9 +44,7 @@ def assert_read(path: Path, description: LogDescription = DESCRIPTION) -> None:
 STORAGES = [("sqlite3", "file"), ("sqlite3", "message"), ("sqlite3", ""), ("mcap", ""), ("mcap", "storage")]
 
 
-@pytest.mark.parametrize(
-    ("storage", "compressed"), [*STORAGES, pytest.param("mcap", "message", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("storage", "compressed"), STORAGES)
 def test_a_bag_is_read_back_by_the_joints_names(tmp_path, storage, compressed):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed=compressed, others=["/chatter", "/a"])
     assert_read(bag)

@@ -137,12 +137,9 @@ TWO = ("pos", "current", "torque")
 DATA, LIST = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 LATE = [2.0 * np.arange(n) / FPS for n in LENGTHS]
 FRAMES = [[(0, slice(None)), (1, slice(40, None)), (1, slice(0, 40)), (2, slice(None))]]
-FIVE = {"observation.state": datasets.feature("float32", 8, [f"{j}.{k}" for k in ("pos", "current") for j in "abcd"])}
 SAID = {
     r"3 episodes, 0 to 2; choose one \(--episode": CURRENT,
     "no episode 3; there are 3 episodes, 0 to 2": of(CURRENT, 3),
-    "the unit of positions is not declared": replace(of(CURRENT, 1), q=Channels()),
-    "the unit of currents is not declared": replace(of(CURRENT, 1), signal="current"),
     "joint 'wrist'; there are shoulder_pan": replace(of(CURRENT, 1), joints=("wrist",)),
 }
 MADE = {
@@ -164,7 +161,6 @@ MADE = {
     "1 has 0 of its 80 frames": without(DATA),
     "episodes has no Parquet file": without(LIST),
     "frame_index of episode 1 is 40 at its row 1, expected 0": lambda folder: so101(folder, files=FRAMES),
-    "no column is declared for positions": edited(features=FIVE),
 }
 
 

@@ -112,7 +112,6 @@ REFUSED = {
         replace(DESCRIPTION, joints=("shoulder_1", "elbow")),
         r"joint 'shoulder_1'; did you mean 'shoulder'\?; there are elbow, gripper",
     ),
-    "no signal": ({}, replace(DESCRIPTION, signal=None), r"quantity in shoulder\.effort, elbow.* is not declared"),
     "no effort": ({"effort": ()}, DESCRIPTION, "no column is declared for currents.*; found stamp, elbow.position"),
     "no stamp": ({"stamp": 0.0}, DESCRIPTION, r"the stamp of every header is 0; the publisher has to set it"),
 }  # fmt: skip

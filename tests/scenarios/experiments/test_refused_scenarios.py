@@ -72,7 +72,6 @@ DRAWS = {
     '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",
     '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
     'distribution = "norm"': "random.b: plant.gain is already used by random.a; draw each value once",
-    '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
     '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",
 }
 

@@ -10,7 +10,6 @@ from weighings import PLAIN, UNKNOWN, known, weighed
 
 from ident.estimation.known_gains import KnownGains, Shares
 from ident.estimation.rows import Columns
-from ident.estimation.selection import AlternativeModel
 from ident.model.parameters import INERTIAL
 from ident.numerics.least_squares import row_weights
 from ident.parameters.payload import PaperEstimate, body_values, payload_as_in_paper, payload_of
@@ -116,20 +115,6 @@ def test_what_shows_only_with_others_is_refused_by_name(weighed_problem):
     assert body.of("x") is not None
     unsure = replace(found, refused=found.refused | {"M": "unseen"})
     refused(NotIdentifiable, "the payload's M: unseen", verified, unsure, replace(UNKNOWN, known="mass"), known(), "")
-
-
-def test_a_rival_s_difference_counts_in_part(weighed_problem, heavy, monkeypatch):
-    plain = payload_of(weighed_problem, known(), PLAIN)
-    final = plain.selected.final
-    moved, other = 0.01 * np.arange(1.0, 1.0 + len(final.theta)), replace(final)
-    vars(other).update(theta=final.theta + moved, rows=replace(final.rows, V=1.05 * final.rows.V))
-    selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
-    monkeypatch.setattr("ident.parameters.arm.chosen_model", lambda ready, options: selected)
-    found = payload_of(weighed_problem, known(), PLAIN)
-    at = len(plain.selected.final.ready.shared.arm) + np.arange(10)
-    np.testing.assert_allclose(
-        found.shares.model - plain.shares.model, 0.16 * np.outer(moved[at], moved[at]), rtol=1e-6
-    )
 
 
 NONE = np.zeros(6)

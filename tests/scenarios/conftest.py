@@ -1,4 +1,4 @@
-"""Shared by tests of the command line: files that are right, a run with a motion twice, and one line on stderr."""
+"""Shared by tests of the command line: files that are right, a quick scenario, and one line on stderr."""
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from here import HERE
 from model_files import mjcf
-from protocols import protocol_setup
 from quick import BRIEF, RANDOM, quick_scenario
 from undiagnosed import undiagnosed
 
 from ident.recordings.files import write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.experiments.run import Run, run
 
 
 @pytest.fixture(scope="session")
@@ -75,10 +73,3 @@ def scenario(tmp_path_factory) -> Path:
 def _at_home(monkeypatch) -> None:
     """Trials of a command in this process: `test_interruptions` has workers, which import for seconds."""
     monkeypatch.setattr("scenarios.commands.studies.open_workers", lambda _: nullcontext(HERE))
-
-
-@pytest.fixture(scope="session")
-def repeated(tmp_path_factory) -> Run:
-    four = ("bare", "loaded", "bare", "loaded")
-    with undiagnosed():
-        return run(protocol_setup(tmp_path_factory.mktemp("repeated"), four, lasts=6.0), 5)

@@ -49,9 +49,10 @@ def test_what_is_known_is_said_for_every_payload_or_in_its_own_table(tmp_path):
 
 
 @pytest.mark.usefixtures("_undiagnosed")
-def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
+def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path):
     found = (FoundParameter(name="M", value=7.1, std=0.2),)
-    for each, true in ((repeated, 7.025), (run(protocol_setup(tmp_path, FOUR), 0), None)):
+    for protocol, true in ((("bare", "loaded"), 7.025), (FOUR, None)):
+        each = run(protocol_setup(tmp_path, protocol), 0)
         identification = replace(each.identification, estimate=replace(each.estimate, payload=found))
         assert Result.of_run(replace(each, identification=identification)).payload[0].true == true
 

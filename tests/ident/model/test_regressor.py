@@ -76,8 +76,8 @@ def coupled(arm: Arm) -> Arm:
 
 @pytest.mark.parametrize("A", [None, ELBOW, WRIST])
 def test_a_little_displacement_of_a_motor_changes_torques_by_its_share(coupled, arm, rng, A):
-    moved = with_transmission(arm, A) if A is not None else arm_from_pinocchio(random_arm(rng, prismatic=0.4))
-    moved = moved if A is not None else replace(moved, couplings=coupled.couplings)
+    slides = replace(arm_from_pinocchio(random_arm(rng, prismatic=0.4)), couplings=coupled.couplings)
+    moved = slides if A is None else with_transmission(arm, A)
     chi = rng.normal(size=len(labels(6, moved.couplings)))  # not those of any body
     states, further = lopsided(rng, 1041, 6)
     change = Dynamics.of(Kinematics.of(moved, states), chi).displaced(further)

@@ -6,7 +6,6 @@ import sys
 import time
 from pathlib import Path
 
-import dask
 import pandas as pd
 import pytest
 from distributed import LocalCluster
@@ -67,8 +66,8 @@ def test_a_cluster_has_the_rows_of_a_study_at_home_gives_up_a_task_that_kills_it
     scenario, tmp_path
 ):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
-    dask.config.set({"distributed.scheduler.allowed-failures": 0})
-    cluster = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None)
+    alone = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
+    cluster = LocalCluster(**alone, scheduler_kwargs={"allowed_failures": 0})
     with cluster, dask_workers(cluster.scheduler_address) as workers:
         there, here = (
             carry_out(study, tmp_path / name, where, command="", console=Console(quiet=True)).table()

@@ -31,9 +31,8 @@ def test_numbers_have_sign_exponent_and_any_white_space():
     for word in ("1e", ".", "--1", "1.2.3", "0x1", "1_0", "nan", "-inf", "\uff11", "1e5e", "O.5"):
         refused(RobotModelError, f"body: pos = .*{word!r}", vector, ET.Element("body", pos=f"2 3 {word}"), "pos", 3)
     for sign in (1, -1):
-        assert vector(ET.Element("body", pos=f"{sign * 2.5} 0.5"), "pos", 2, largest=2.5) == (sign * 2.5, 0.5)
-        with pytest.raises(RobotModelError, match=r"beyond 2\.5"):
-            vector(ET.Element("body", pos=f"0.5 {sign * 2.5000001}"), "pos", 2, largest=2.5)
+        assert vector(ET.Element("body", pos=f"{sign * LARGEST} 0.5"), "pos", 2) == (sign * LARGEST, 0.5)
+        refused(RobotModelError, "beyond 1e", vector, ET.Element("body", pos=f"0.5 {sign * 1.1 * LARGEST}"), "pos", 2)
 
 
 def nested(depth: int) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.diagnosis.diagnose import common_delay, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
-from ident.diagnosis.hypothesis import Logs, observed_logs
+from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
 from ident.diagnosis.search import MOST
@@ -107,8 +107,8 @@ class Prepared:
     @once_per_object
     def logs(self) -> Logs:
         """Return the logs for comparisons of hypotheses."""
-        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
-        return observed_logs(recordings, self.problem, self.observing, spoilt)
+        recordings, spoilt = (each.recording for each in self.parts), (each.spoilt for each in self.parts)
+        return Logs(tuple(recordings), self.problem, self.observing, tuple(spoilt))
 
 
 def prepare(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ident.diagnosis.column_faults import scaled
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.estimate_evidence import (
     Estimate,
@@ -21,7 +22,6 @@ from ident.diagnosis.estimate_evidence import (
     stated,
 )
 from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
-from ident.diagnosis.families import scaled
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, scored_as
 from ident.diagnosis.joint_fits import opposed

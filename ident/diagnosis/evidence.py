@@ -230,16 +230,6 @@ def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
     return Fits(tuple(parts), Score(squares, rows))
 
 
-def regrouped(score: Score, orders: Sequence[Indices], units: Sequence[Array]) -> Score:
-    """Convert a score under the order and unit of each log's currents, shapes (n,), to those of the logs."""
-    squares, rows = np.empty_like(score.squares), np.empty_like(score.rows)
-    for k, (order, unit) in enumerate(zip(orders, units, strict=True)):
-        own = slice(k * BLOCKS, (k + 1) * BLOCKS)
-        squares[order, own] = score.squares[:, own] / unit[:, None] ** 2
-        rows[order, own] = score.rows[:, own]
-    return replace(score, squares=squares, rows=rows)
-
-
 UNSEEN = 1e-7
 """Smallest squared norm of the part of a unit column outside the model; otherwise it is not compared."""
 TOGETHER = 1 << 19

@@ -4,19 +4,14 @@
 that no fault is reported for what a term explains; they are in `ident.diagnosis.terms`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import combinations, product
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 
-import numpy as np
-
+from ident.diagnosis import arm_faults as arms
+from ident.diagnosis import column_faults as columns
 from ident.diagnosis import terms
-from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.hypothesis import STILL, Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
-from ident.diagnosis.models import STEP, Reference, with_arm, with_time
-from ident.estimation.sweep import across
-from ident.support.arrays import Array, Indices
-from ident.support.naming import enumerated
+from ident.diagnosis.hypothesis import Alternative, Logs
+from ident.diagnosis.models import Reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,578 +39,52 @@ class Family:
     excluded: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
-TURNS = (0, 90, 180, 270)
-"""Differences of zeros between conventions [degrees]; others are found from the nearest one."""
-LARGEST_ANGLE = np.deg2rad(15.0)
-"""Largest error of a zero and tilt of the base for which the first order is valid [rad]."""
-
-
-def zeros(logs: Logs) -> Iterator[Alternative]:
-    """Each joint negated, offset by quarter turns, or both; a prismatic joint is only negated."""
-    arm, every = logs.structure.arm, scopes(len(logs.recordings))
-    for j, (turn, sign), scope in product(range(arm.n), product(TURNS, (1.0, -1.0)), every):
-        if (turn or sign < 0.0) and (arm.revolute[j] or not turn):
-            yield turned(logs, j, scope, sign, np.deg2rad(turn))
-    # in all logs: a negated position and a negative gain
-    yield from (reversed_joint(logs, j, scope) for j in range(arm.n) for scope in every[1:])
-
-
-def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """A small error of each joint's zero."""
-    arm = logs.structure.arm
-    moved = reference.change(lambda along: -along.misplaced()[:, :, : arm.n])
-    for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
-        yield small(
-            lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
-            reference.within([each[:, k : k + 1] for each in moved], scope),
-            scale=180.0 / np.pi if arm.revolute[k] else 1e3, largest=LARGEST_ANGLE,
-        )  # fmt: skip
-
-
-def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: float) -> Alternative:
-    """Return a joint with the position `sign q + zero` in some logs."""
-    own, revolute = np.arange(logs.structure.arm.n) == joint, bool(logs.structure.arm.revolute[joint])
-    size = float(np.rad2deg((zero + np.pi) % (2.0 * np.pi) - np.pi)) if revolute else 1e3 * zero
-    size_text, q = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}", f"q{joint + 1}"
-    off = abs(size) > 1e-9
-    # the fault of the log is the inverse of the correction
-    words, corrected = f"the zero of {q} is off by {size_text}", q
-    if sign < 0.0:
-        words, corrected = f"{q} is negated" + (f" and its zero off by {size_text}" if off else ""), f"-{q}"
-    if off:
-        corrected += f" {'plus' if size > 0.0 else 'minus'} {size_text}"
-    return Alternative(
-        family="sign" if sign < 0.0 else "zero", parameter="zero", words=in_logs(words, scope, logs.names),
-        joints=(joint,), logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0)),
-        advice=f"use {corrected}, or correct the model", value=size, unit="degrees" if revolute else "mm",
-        refined=lambda more: turned(logs, joint, scope, sign, zero + float(more[0])),
-    )  # fmt: skip
-
-
-def reversed_joint(logs: Logs, joint: int, scope: tuple[int, ...]) -> Alternative:
-    """Return a joint whose position and current both have the opposite sign in some logs."""
-    own, q = np.where(np.arange(logs.structure.arm.n) == joint, -1.0, 1.0), f"q{joint + 1} and v{joint + 1}"
-    return Alternative(
-        family="joint reversed", words=in_logs(f"{q} are negated", scope, logs.names), joints=(joint,), logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own), advice=f"negate {q} in these logs",
-    )  # fmt: skip
-
-
-LARGEST_DELAY = 0.03
-"""Largest delay for which the first order is valid [s]."""
-
-
-def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Currents with a small delay: of all joints together, of each alone, and in one log different for each joint."""
-    n, every = logs.structure.arm.n, tuple(range(logs.structure.arm.n))
-    together = [-each for each in reference.change(reference.rate)]
-    each_own = [each * (np.arange(n) == j) for j, each in enumerate(together)]
-    for scope in scopes(len(logs.recordings)):
-        # in all logs, different delays would imitate backlash and presliding friction
-        apart = (every,) if n > 1 and len(scope) < len(logs.recordings) else ()
-        for joints in ((), *((j,) for j in range(n)), *apart):
-            yield small(
-                lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
-                reference.within(each_own if len(joints) > 1 else together, scope, joints or None),
-                scale=1e3, largest=LARGEST_DELAY,
-            )  # fmt: skip
-
-
-def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: Array) -> Alternative:
-    """Return currents logged late by a delay per joint, or one for all (no joints) [s], shape (1,) or (joints,)."""
-    of_joints = np.zeros(logs.structure.arm.n)
-    of_joints[list(joints) if joints else slice(None)] = delay
-    first = float(delay[0])
-    if len(delay) > 1:
-        each = ", ".join(f"{1e3 * own + 0.0:.1f} (v{j + 1})" for j, own in zip(joints, delay, strict=True))
-        words = f"the currents lag the positions by different delays: {each} ms"
-    else:
-        what = f"v{joints[0] + 1} is" if joints else "the currents are"
-        words = f"{what} logged {1e3 * abs(first):.2g} ms {'later' if first > 0.0 else 'earlier'} than the positions"
-        if first > 0.0:
-            words += f" (or smoothed by a filter of {two_digits(1.0 / (2.0 * np.pi * first))} Hz)"
-    common = not joints and len(scope) == len(logs.recordings)
-    return Alternative(
-        family="delay", words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
-        hypothesis=logs.given.changed(scope, delay=of_joints),
-        advice="log both with one clock, unfiltered" + (", or give --current-delay auto" if common else ""),
-        value=1e3 * first if len(delay) == 1 else None, unit="ms", parameters=len(delay),
-        refined=lambda more: late(logs, scope, joints, delay + more),
-    )  # fmt: skip
-
-
-def orders(logs: Logs) -> Iterator[Alternative]:
-    """Exchanges of positions, currents or both of two joints, in all logs or one; other orders in all logs."""
-    arm, (every, *each) = logs.structure.arm, scopes(len(logs.recordings))
-    usual = np.arange(arm.n)
-    for i, j in combinations(range(arm.n), 2):
-        order = usual.copy()
-        order[[i, j]] = j, i
-        for scope in (every, *each):
-            yield _ordered(logs, scope, order, f"joints {i + 1} and {j + 1} are exchanged", "qv", (i, j))
-            for kind in "qv":
-                words = f"columns {kind}{i + 1} and {kind}{j + 1} are exchanged"
-                yield _ordered(logs, scope, order, words, kind, (i, j))
-    by_name, known = sorted(range(arm.n), key=lambda j: arm.joint_names[j]), {tuple(usual.tolist())}
-    for words, order in (
-        ("in alphabetical order of the joints' names", np.argsort(by_name)),  # column of joint j
-        ("in reverse order", usual[::-1]),
-        ("shifted by one place, the first joint last", np.roll(usual, 1)),
-        ("shifted by one place, the last joint first", np.roll(usual, -1)),
-    ):
-        if tuple(order.tolist()) not in known and int(np.sum(order != usual)) > 2:
-            known.add(tuple(order.tolist()))
-            for what, kinds in (("columns q", "q"), ("columns v", "v"), ("the joints", "qv")):
-                yield _ordered(logs, every, order, f"{what} are {words}", kinds, ())
-
-
-def _ordered(
-    logs: Logs, scope: tuple[int, ...], order: Indices, words: str, kinds: str, joints: tuple[int, ...]
-) -> Alternative:
-    return Alternative(
-        family="order", words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
-        hypothesis=logs.given.changed(scope, **{f"{kind}_order": order for kind in kinds}),
-        advice="put the columns in the order of the model's joints",
-    )  # fmt: skip
-
-
-def couplings(logs: Logs) -> Iterator[Alternative]:
-    """A position that includes that of a neighbour in all logs, as controllers tell an elbow against the horizontal."""
-    n = logs.structure.arm.n
-    for j, beside, share in product(range(n), (-1, 1), (1.0, -1.0)):
-        if 0 <= (i := j + beside) < n:
-            mixing = np.zeros((n, n))
-            mixing[j, i] = -share
-            sign, remedy = ("plus", "-") if share > 0.0 else ("minus", "")
-            yield Alternative(
-                family="coupling", words=f"q{j + 1} is the position of joint {j + 1} {sign} that of joint {i + 1}",
-                joints=(j,), logs=logs.every, hypothesis=logs.given.changed(logs.every, q_mixing=mixing),
-                advice=f"state coupling = [[{j + 1}, {remedy}{i + 1}]] in [q] of a log description",
-            )  # fmt: skip
-
-
-TURNING = (
-    ((1.0, 0.0), (1.0, 1.0)),
-    ((1.0, 0.0), (-1.0, 1.0)),
-    ((1.0, 1.0), (0.0, 1.0)),
-    ((1.0, -1.0), (0.0, 1.0)),
-    ((1.0, 1.0), (1.0, -1.0)),
-    ((1.0, -1.0), (1.0, 1.0)),
-)
-"""Motions of the motors of two neighbouring joints by these: a parallelogram or a wrist, from either side, and both
-differentials."""
-
-
-def transmissions(logs: Logs) -> Iterator[Alternative]:
-    """Two neighbouring motors of which one or both turn by the sum or difference of both joints."""
-    arm = logs.structure.arm
-    pairs = range(arm.n - 1) if arm.transmission is None and not arm.couplings else ()
-    for j, own in product(pairs, TURNING):
-        A = np.eye(arm.n)
-        A[j : j + 2, j : j + 2] = own
-        if arm.revolute[j] == arm.revolute[j + 1]:
-            turns = enumerated([f"motor {j + k + 1} turns by {_sum(row, j)}" for k, row in enumerate(own) if all(row)])
-            rows = ", ".join(str(row) for row in A.astype(int).tolist())
-            advice = f"state transmission = [{rows}] in the robot.toml (rx90 new-robot writes one)"
-            yield _turned(logs, A, f"{turns}, and q and v are those of the motors", (j, j + 1), advice)
-
-
-def misstated_transmissions(logs: Logs) -> Iterator[Alternative]:
-    """No motor turns with the joints of others, or each against them, although the robot's description states it."""
-    A = logs.structure.arm.transmission
-    if A is None:
-        return
-    own = np.diag(np.diag(A))
-    joints = tuple(np.flatnonzero((own != A).any(axis=0) | (own != A).any(axis=1)).tolist())
-    for other, words in ((own, "each motor turns one joint alone"), (2.0 * own - A, "motors turn the other way")):
-        if joints and np.linalg.matrix_rank(other) == len(A):
-            rows = ", ".join(f"[{', '.join(f'{each:.6g}' for each in row)}]" for row in other)
-            advice = f"state transmission = [{rows}]" if (other != np.eye(len(A))).any() else "state none"
-            yield _turned(logs, other, f"{words}, against the stated transmission", joints, f"{advice} in robot.toml")
-
-
-def small_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """A motor that also turns by a small share of a neighbouring joint's angle, or has a slightly different ratio."""
-    arm = logs.structure.arm
-    if arm.couplings:  # which a matrix cannot have beside it
-        return
-    for beside in (-1, 0, 1):
-        moved = reference.change(lambda along, beside=beside: along.turned(beside))
-        for j in range(max(0, -beside), arm.n - max(0, beside)):
-            if arm.revolute[j] == arm.revolute[j + beside]:
-                reach = max(float(np.abs(log.q[:, j + beside]).max()) for log in logs.recordings)
-                yield small(
-                    lambda value, j=j, beside=beside: shared(logs, j, j + beside, float(value[0])),
-                    [each[:, j : j + 1] for each in moved], scale=100.0, largest=LARGEST_ANGLE / max(reach, STILL),
-                )  # fmt: skip
-
-
-def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
-    """Return a motor that also turns by a share of the angle of a joint, from 0, which the model does not state."""
-    A, added = logs.structure.arm.transmission, np.eye(logs.structure.arm.n)
-    added[motor, joint] += share
-    A = added if A is None else added @ A
-    rows = ", ".join(f"[{', '.join(f'{each:.4g}' for each in row)}]" for row in A)
-    words = f"motor {motor + 1} also turns by {share:.3g} times the angle of joint {joint + 1}"
-    if motor == joint:
-        words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
-    advice = f"measure it, and state transmission = [{rows}] in robot.toml"
-    joints = (motor,) if motor == joint else (motor, joint)
-
-    def refined(more: Array) -> Alternative:
-        return shared(logs, motor, joint, share + float(more[0]))
-
-    found = _turned(logs, A, words, joints, advice)
-    return replace(found, family="ratio", value=100.0 * share, unit="%", refined=refined)
-
-
-def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:
-    return Alternative(
-        family="transmission", words=words, joints=joints, logs=logs.every,
-        hypothesis=replace(logs.given, transmission=A), advice=advice,
-    )  # fmt: skip
-
-
-def _sum(row: Sequence[float], j: int) -> str:
-    """Sum of the positions of a joint, from 0, and the next one, with signs, in words."""
-    first, second = (j + 1, j + 2) if row[0] > 0.0 else (j + 2, j + 1)
-    return f"joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
-
-
-SAME = 1e-6
-"""Difference of unit vectors below which directions of gravity are equal."""
-
-
-def bases(logs: Logs) -> Iterator[Alternative]:
-    """Gravity along the axes of the base frame and halfway between them: a base on a wall, on a ceiling or tilted."""
-    arm = logs.structure.arm
-    size = float(np.linalg.norm(arm.gravity))
-    for corner in product((0.0, 1.0, -1.0), repeat=3):
-        length = float(np.linalg.norm(corner))
-        if length and size:
-            gravity = np.array(corner) * size / length
-            if np.abs(gravity - arm.gravity).max() > SAME * size:
-                where = f"({', '.join(f'{x:g}' for x in corner)})"
-                words = f"the base is oriented differently: gravity points along {where} of its frame"
-                yield _standing(logs, gravity, words)
-
-
-def small_tilts(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """The base tilted slightly about two horizontal axes."""
-    if logs.structure.arm.gravity.any():
-        columns = reference.change(lambda along: -along.tilted())
-        yield small(lambda value: tilted(logs, value), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
-
-
-def tilted(logs: Logs, turn: Array) -> Alternative:
-    """Return the base rotated about two horizontal axes by angles [rad], shape (2,)."""
-    gravity = logs.structure.arm.gravity
-    axes, angle = across(logs.structure.arm), float(np.linalg.norm(turn))
-    axis = axes.T @ turn / angle if angle > 0.0 else axes[0]
-    c, s = np.cos(angle), np.sin(angle)  # Rodrigues
-    rotated = c * gravity + s * np.cross(axis, gravity) + (1.0 - c) * float(axis @ gravity) * axis
-    degrees, about = float(np.rad2deg(angle)), ", ".join(f"{x:.2g}" for x in axis + 0.0)
-    found = _standing(logs, rotated, f"the base is tilted by {degrees:.2g} degrees about ({about})")
-
-    def refined(more: Array) -> Alternative:
-        return tilted(logs, turn + more)
-
-    return replace(found, value=degrees, unit="degrees", refined=refined)
-
-
-def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
-    return Alternative(
-        family="base", words=words, joints=(), logs=logs.every, hypothesis=replace(logs.given, gravity=gravity),
-        advice="correct the orientation of the base in the model (gravity in its frame)",
-    )  # fmt: skip
-
-
-def compensated(logs: Logs) -> Iterator[Alternative]:
-    """Links and payload without weight: the controller has subtracted the gravity torque."""
-    if logs.structure.arm.gravity.any():
-        yield Alternative(
-            family="gravity compensation",
-            words="v is gravity-compensated: it lacks the weight of links and payload",
-            joints=(), logs=logs.every, hypothesis=replace(logs.given, gravity=np.zeros(3)),
-            advice="log the motor current, or the whole commanded torque",
-        )  # fmt: skip
-
-
-FACTORS_OF_LENGTH, LARGEST_LENGTH = (0.8, 1.25), 0.2
-"""Tested factors, others are found by first-order steps, and largest relative change for which these are valid."""
-
-
-def lengths(logs: Logs) -> Iterator[Alternative]:
-    """Every length, or one between two joints, a fifth shorter or a quarter longer."""
-    return (lengthened(logs, which, factor) for factor in FACTORS_OF_LENGTH for which in _lengths_of(logs))
-
-
-def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Every length, or one, slightly longer."""
-    arm = logs.structure.arm
-    for which in _lengths_of(logs):
-        longer = lengthened(logs, which, 1.0 + STEP).hypothesis.of_arm(arm)
-        yield small(
-            lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
-            reference.change(lambda along, longer=longer: with_arm(along, longer)), scale=100.0, largest=LARGEST_LENGTH,
-        )  # fmt: skip
-
-
-def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
-    """Return every length, or that before a joint, from 0, times a factor."""
-    n = logs.structure.arm.n
-    what, those = "all lengths are", "those"
-    if which is not None:
-        what, those = f"the length from joint {which} to {which + 1} is", "that"
-    factors = np.where((np.arange(n) == which) | (which is None), factor, 1.0)
-    return Alternative(
-        family="lengths", words=f"{what} {factor:.3g} times {those} of the model",
-        joints=() if which is None else (which,), logs=logs.every,
-        hypothesis=replace(logs.given, length_factors=factors),
-        advice="use the model of this arm; check units and the variant of the arm",
-        value=100.0 * (factor - 1.0), unit="%",
-        refined=lambda more: lengthened(logs, which, factor * float(np.exp(more[0]))),
-    )  # fmt: skip
-
-
-def _lengths_of(logs: Logs) -> list[int | None]:
-    """All, and each that is not zero, without that before the first joint, which has no effect."""
-    long = np.flatnonzero(logs.structure.arm.translation.any(axis=1)).tolist()
-    return [None, *(j for j in long if j > 0)] if long else []
-
-
-FACTORS_OF_TIME, LARGEST_CLOCK = (0.5, 2.0), 0.2
-"""Half or twice the sampling rate of the stamps, others are found by first-order steps, and largest relative change for
-which these are valid."""
-
-
-def clocks(logs: Logs) -> Iterator[Alternative]:
-    """Clocks that run twice or half as fast, and those that make the sampling rates of two logs equal."""
-    rates = [1.0 / each.period for each in logs.recordings]
-    for scope in scopes(len(rates)):
-        factors = set(FACTORS_OF_TIME)
-        if len(scope) == 1 and len(rates) > 1:
-            factors |= {round(rates[scope[0]] / other, 6) for k, other in enumerate(rates) if k not in scope}
-        yield from (timed(logs, scope, factor) for factor in sorted(factors) if abs(factor - 1.0) > 0.01)
-
-
-def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Clocks that run slightly slower."""
-    slower = reference.change(with_time)
-    for scope in scopes(len(logs.recordings)):
-        yield small(
-            lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
-            reference.within(slower, scope), scale=100.0, largest=LARGEST_CLOCK,
-        )  # fmt: skip
-
-
-def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
-    """Return logs with time multiplied by a factor."""
-    words = f"the clock is wrong: t must be multiplied by {factor:.4g}"
-    return Alternative(
-        family="clock", words=in_logs(words, scope, logs.names), joints=(), logs=scope,
-        hypothesis=logs.given.changed(scope, clock=factor), advice="log the controller's own time, in seconds",
-        value=100.0 * (factor - 1.0), unit="%",
-        refined=lambda more: timed(logs, scope, factor * float(np.exp(more[0]))),
-    )  # fmt: skip
-
-
-SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
-"""Grid of scales, in steps of a fifth; every twelfth one is a power of ten."""
-LARGEST_SCALE = 0.3
-"""Largest relative change for which the first order is valid."""
-
-
-def scales(logs: Logs) -> Iterator[Alternative]:
-    """For every later log, each current and all together, with the scale on the grid that has the smallest residual."""
-    n = logs.structure.arm.n
-    for k in _later(logs):
-        squares = np.array([scale_losses(logs, j, k) for j in range(n)])  # (n, scales)
-        for joints, cost in (((), squares.sum(axis=0)), *(((j,), squares[j]) for j in range(n))):
-            scale = float(SCALES[int(np.argmin(cost))])
-            power = float(np.log10(abs(scale)))  # whole for a unit
-            if abs(scale - 1.0) > LARGEST_SCALE:
-                yield replace(scaled(logs, (k,), joints, scale), searched=abs(power - round(power)) >= 1e-9)
-        yield from (scaled(logs, (k,), (j,), -1.0) for j in range(n))
-
-
-def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
-    for k, joints in product(_later(logs), ((), *((j,) for j in range(logs.structure.arm.n)))):
-        own = reference.explained(k)
-        yield small(
-            lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
-            [each[:, None] if not joints or j in joints else None for j, each in enumerate(own)], largest=LARGEST_SCALE,
-        )  # fmt: skip
-
-
-def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
-    """Return currents of a log with a factor relative to the unit of the others."""
-    own = np.isin(np.arange(logs.structure.arm.n), joints) | (not joints)
-    what = f"v{joints[0] + 1} is" if joints else "all currents are"
-    words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
-    return Alternative(
-        family="current sign" if scale < 0.0 else "current scale", parameter="current scale",
-        words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
-        hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
-        advice="use one unit and one sign of the current in all logs", value=scale, unit="",
-        refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),
-    )  # fmt: skip
-
-
-def _later(logs: Logs) -> range:
-    """Logs whose currents may have another scale than the others': of two the second, of one none."""
-    count = len(logs.recordings)
-    return range(0 if count > 2 else 1, count)
-
-
-def scale_losses(logs: Logs, joint: int, k: int) -> Array:
-    """Loss of log-likelihood of a joint's currents by each of `SCALES` of log k, with its own variance for log k.
-
-    The other logs have a common variance: in one sum of squares the part with larger units would dominate.
-    """
-    held = logs.model.fits.parts[joint]
-    if held is None:
-        return np.zeros(len(SCALES))
-    own = (logs.model.rows[joint].motion == k).astype(np.float64)
-    V, share = held.fit.V, float(own.mean())
-    other, mine = held.fit.without(V * (1.0 - own)), held.fit.without(V * own)
-    a, b = other * (1.0 - own), mine * (1.0 - own)  # rows of the other logs: a + b / s
-    c, d = other * own, mine * own  # rows of log k: s c + d in its own unit
-    losses = np.zeros(len(SCALES))
-    for weight, rows, squares in (
-        (1.0 - share, V * (1.0 - own), a @ a + 2.0 * (a @ b) / SCALES + (b @ b) / SCALES**2),
-        (share, V * own, SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d),
-    ):
-        losses += weight * np.log(np.maximum(squares, max(1e-20 * float(rows @ rows), 1e-300)))  # rounding errors
-    return 0.5 * held.fit.freedom * losses
-
-
-ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
-LENGTHS = {"millimetres": 1e-3}
-"""Factors from units of angle to radians, and from units of length to metres."""
-RATIOS = np.geomspace(2.0, 500.0, 280)
-"""Plausible gear ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
-
-
-def units(logs: Logs) -> Iterator[Alternative]:
-    """Positions of all joints or of one in another unit, in all logs or one, if they are then within the limits."""
-    arm = logs.structure.arm
-    for kind, own in ((arm.revolute, ANGLES), (~arm.revolute.astype(bool), LENGTHS)):
-        joints = np.flatnonzero(kind).tolist()
-        together = [tuple(joints)] if len(joints) > 1 else []
-        for (name, factor), which in product(own.items(), [*together, *((j,) for j in joints)]):
-            for scope in scopes(len(logs.recordings)):
-                found = in_unit(logs, scope, which, factor, f"in {name}")
-                if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
-                    yield found
-    beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
-    if len(beyond) == 1 and arm.revolute[min(beyond)]:  # the ratios of several joints cannot be found separately
-        yield from gears(logs, min(beyond))
-
-
-def normalised(logs: Logs) -> Iterator[Alternative]:
-    """Positions of all joints as per cent of each one's range, -100 to 100 or 0 to 100, as logged or from degrees."""
-    arm = logs.structure.arm
-    if not np.isfinite(arm.upper - arm.lower).all() or (arm.upper <= arm.lower).any():
-        return
-    half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
-    for (lowest, share), taken_for in product(((-100, 0.01), (0, 0.02)), ("degrees", "")):
-        zero, unit = middle if lowest else arm.lower, share * half  # position at a logged 0, and of one per cent
-        logged = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
-        counts = ", ".join(f"{each:.6g}" for each in 2.0 * np.pi / unit)
-        zeros = ", ".join(f"{each:.4g}" for each in zero / unit)
-        words = f"all positions are per cent of each joint's range, {lowest} to 100"
-        words += f", taken for {taken_for}" if taken_for else ""
-        found = Alternative(
-            family="normalised", words=words, joints=(), logs=logs.every,
-            hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
-            advice=f'state unit = "ticks", counts_per_turn = [{counts}], zero = [{zeros}] in [q] of a log description',
-        )  # fmt: skip
-        if all(within_limits(arm, log, how) for log, how in zip(logs.recordings, found.hypothesis.logs, strict=True)):
-            yield found
-
-
-def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
-    """Positions of one joint on the motor side, for every plausible ratio and both signs."""
-    return (geared(logs, joint, ratio) for ratio in np.concatenate((RATIOS, -RATIOS)).tolist())
-
-
-def geared(logs: Logs, joint: int, ratio: float) -> Alternative:
-    """Return positions of a joint on the motor side of a gear."""
-    found = in_unit(logs, logs.every, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-
-    def refined(more: Array) -> Alternative:
-        return geared(logs, joint, ratio * (1.0 + float(more[0])))
-
-    return replace(found, value=ratio, refined=refined, searched=True)
-
-
-def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
-    """Return positions of some joints times a factor."""
-    arm, first = logs.structure.arm, min(joints)
-    every = len(joints) == int(np.sum(arm.revolute == arm.revolute[first])) and len(joints) > 1
-    what = "all positions are" if every else f"q{first + 1} is"
-    return Alternative(
-        family="unit", words=in_logs(f"{what} {words}", scope, logs.names), joints=() if every else joints, logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=np.where([j in joints for j in range(arm.n)], factor, 1.0)),
-        advice="convert the positions to radians and metres of the joints",
-    )  # fmt: skip
-
-
 FAMILIES: tuple[Family, ...] = (
     Family(
-        name="zero", alternatives=zeros, directions=small_zeros, limits=(Limit("zeros", "q"),),
+        name="zero", alternatives=columns.zeros, directions=columns.small_zeros, limits=(Limit("zeros", "q"),),
         excluded={
             "sign": "opposite sign of q{joints}",
             "joint reversed": "q{joints} and v{joints} both negated in one log",
         },
     ),
     Family(
-        name="delay", directions=delays,
+        name="delay", directions=columns.delays,
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),
     ),
-    Family(name="order", alternatives=orders, excluded={"order": "exchanged or reordered columns"}),
-    Family(name="coupling", alternatives=couplings, excluded={"coupling": "positions that include a neighbour's"}),
-    Family(name="transmission", alternatives=misstated_transmissions, laborious=transmissions),
-    Family(name="ratio", directions=small_ratios, seldom=True),
+    Family(name="order", alternatives=columns.orders, excluded={"order": "exchanged or reordered columns"}),
+    Family(name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}),
+    Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
+    Family(name="ratio", directions=arms.small_ratios, seldom=True),
     Family(
-        name="base", alternatives=bases, directions=small_tilts,
+        name="base", alternatives=arms.bases, directions=arms.small_tilts,
         excluded={"base": "a different orientation of the base"},
     ),
     Family(  # from a drawing
-        name="lengths", alternatives=lengths, directions=small_lengths, seldom=True,
+        name="lengths", alternatives=arms.lengths, directions=arms.small_lengths, seldom=True,
         limits=(Limit("errors of all lengths"),),
     ),
     Family(
-        name="clock", alternatives=clocks, directions=small_clocks,
+        name="clock", alternatives=columns.clocks, directions=columns.small_clocks,
         limits=(
-            Limit("errors of the clock", undetectable="rate of the clock"),
-            Limit("errors of the clock of one log", one_log=True, undetectable="rate of the clock of one log"),
+            Limit("errors of the clock", "", False, "rate of the clock"),
+            Limit("errors of the clock of one log", "", True, "rate of the clock of one log"),
         ),
     ),
     Family(
-        name="current scale", alternatives=scales, directions=small_scales,
+        name="current scale", alternatives=columns.scales, directions=columns.small_scales,
         limits=(
-            Limit(
-                "errors of all currents' scale in one log", one_log=True,
-                undetectable="scale of all currents in one log",
-            ),
-            Limit(
-                "errors of one current's scale in one log", "v", one_log=True,
-                undetectable="scale of v{joints} in one log",
-            ),
+            Limit("errors of all currents' scale in one log", "", True, "scale of all currents in one log"),
+            Limit("errors of one current's scale in one log", "v", True, "scale of v{joints} in one log"),
         ),
         excluded={"current sign": "opposite sign of v{joints} in one log"},
     ),
-    Family(name="unit", alternatives=units, excluded={"unit": "a different unit of positions"}),
+    Family(name="unit", alternatives=columns.units, excluded={"unit": "a different unit of positions"}),
     Family(
-        name="normalised", alternatives=normalised, seldom=True,
+        name="normalised", alternatives=columns.normalised, seldom=True,
         excluded={"normalised": "positions in per cent of each joint's range"},
     ),
     Family(
-        name="gravity compensation", alternatives=compensated,
+        name="gravity compensation", alternatives=arms.compensated,
         excluded={"gravity compensation": "gravity-compensated currents"},
     ),
     *(Family(name=name, directions=directions) for name, directions in terms.TERMS.items()),

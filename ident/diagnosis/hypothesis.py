@@ -6,12 +6,12 @@ to first order: columns of currents whose coefficients are its parameters; with 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import PurePath
 
 import numpy as np
 
-from ident.diagnosis.evidence import Score, regrouped
+from ident.diagnosis.evidence import BLOCKS, Score
 from ident.diagnosis.models import FreeModel, free_model
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm, with_transmission
@@ -109,15 +109,20 @@ def as_logged(arm: Arm, logs: int) -> Hypothesis:
     return Hypothesis(logs=(own,) * logs, gravity=arm.gravity, length_factors=np.ones(n))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Logs:
-    """Logs with their free model."""
+    """Logs that are observed."""
 
     recordings: tuple[Recording, ...]  # the logs
     problem: Problem  # their linear systems
     observing: ObserveOptions  # filters
     spoilt: tuple[Mask | None, ...]  # mask of samples of each log that no row uses, shape (N, n), or None
-    model: FreeModel  # the free fits
+    terms: tuple[Array | None, ...] = ()  # further columns of each joint's free fit, shape (r_j, m), if any
+
+    @cached_property
+    def model(self) -> FreeModel:
+        """The free fits."""
+        return free_model(self.problem, self.terms)
 
     @property
     def structure(self) -> Structure:
@@ -138,22 +143,6 @@ class Logs:
     def every(self) -> tuple[int, ...]:
         """Indices of all logs, from 0."""
         return tuple(range(len(self.recordings)))
-
-
-def observed_logs(
-    recordings: Sequence[Recording],
-    problem: Problem,
-    observing: ObserveOptions,
-    spoilt: Sequence[Mask | None] | None = None,
-) -> Logs:
-    """Return logs that are already observed."""
-    return Logs(
-        recordings=tuple(recordings),
-        problem=problem,
-        observing=observing,
-        spoilt=tuple(spoilt or (None,) * len(recordings)),
-        model=free_model(problem),
-    )
 
 
 @lru_cache(maxsize=2)  # an alternative and its refinement; of a long log each has a hundred megabytes
@@ -179,12 +168,17 @@ def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
             hypothesis.logs, recordings, logs.recordings, spoilt, logs.problem.motions, strict=True
         )
     )
-    return observed_logs(recordings, Problem(structure, motions, logs.problem.options), logs.observing, spoilt)
+    return Logs(recordings, Problem(structure, motions, logs.problem.options), logs.observing, spoilt)
 
 
 def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
     """Convert a score under a hypothesis to the columns and units of the logs."""
-    return regrouped(score, [each.v_order for each in hypothesis.logs], [each.v_factor for each in hypothesis.logs])
+    squares, rows = np.empty_like(score.squares), np.empty_like(score.rows)
+    for k, how in enumerate(hypothesis.logs):
+        own = slice(k * BLOCKS, (k + 1) * BLOCKS)
+        squares[how.v_order, own] = score.squares[:, own] / how.v_factor[:, None] ** 2
+        rows[how.v_order, own] = score.rows[:, own]
+    return Score(squares, rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -272,8 +266,7 @@ def names_apart(names: tuple[str, ...]) -> tuple[str, ...]:
 
 SLACK = 0.1
 """Excess over a limit that is attributed to an error of the zero [rad or m]."""
-TURNS = 4.0 * np.pi
-"""Largest position of a joint without limits: two turns in either direction [rad]."""
+TURN = 2.0 * np.pi
 STILL = 0.1
 """Range of a joint in exciting motions below which it counts as standing still [rad or m]."""
 
@@ -281,7 +274,7 @@ STILL = 0.1
 def beyond_limits(arm: Arm, log: Recording) -> tuple[int, ...]:
     """Joints, from 0, beyond their limits in a log; a revolute joint may be offset by whole turns."""
     low, high = _ends(log)
-    return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
+    return tuple(j for j in range(arm.n) if not _reached(arm, j, low[j], high[j]))
 
 
 def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
@@ -289,7 +282,7 @@ def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
     ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)
     changed = np.abs(how.q_factor) != 1.0
-    return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
+    return all(_reached(arm, j, low[j], high[j]) and high[j] - low[j] >= STILL for j in np.flatnonzero(changed))
 
 
 @once_per_object
@@ -298,10 +291,19 @@ def _ends(log: Recording) -> Array:
     return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))
 
 
-def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:
-    lower, upper = float(arm.lower[j]), float(arm.upper[j])
-    if not arm.revolute[j]:
-        return bool(low[j] >= lower - SLACK and high[j] <= upper + SLACK)
-    lower, upper = max(lower, -TURNS), min(upper, TURNS)
-    turns = 2.0 * np.pi * np.ceil((lower - SLACK - low[j]) / (2.0 * np.pi))  # the lowest turn within the limits
-    return bool(high[j] + turns <= upper + SLACK)
+def reach(arm: Arm, j: int) -> tuple[float, float]:
+    """Lowest and highest position of a joint; of a revolute one at most two turns in either direction."""
+    most = 2.0 * TURN if arm.revolute[j] else np.inf
+    return max(float(arm.lower[j]), -most), min(float(arm.upper[j]), most)
+
+
+def whole_turns(lower: float, upper: float, low: float, high: float) -> range:
+    """Numbers of turns that shift positions from `low` to `high` into finite limits, with some slack."""
+    return range(int(np.ceil((lower - SLACK - low) / TURN)), int(np.floor((upper + SLACK - high) / TURN)) + 1)
+
+
+def _reached(arm: Arm, j: int, low: float, high: float) -> bool:
+    lower, upper = reach(arm, j)
+    return len(whole_turns(lower, upper, low, high)) > 0 if arm.revolute[j] else (
+        low >= lower - SLACK and high <= upper + SLACK
+    )  # fmt: skip

@@ -46,12 +46,20 @@ class FreeModel:
 
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
     """Fit every joint of a problem freely, with further columns of each joint, n arrays of shape (r_j, m), if any."""
-    n = problem.structure.arm.n
-    rows = tuple(joint_rows(problem, joint) for joint in range(n))
-    lengths = row_counts(problem)
-    more = further or (None,) * n
-    fits = fits_of([_fitted(problem, *each, lengths) for each in zip(rows, more, strict=True)])
-    return FreeModel(problem, rows, fits)
+    n, lengths = problem.structure.arm.n, row_counts(problem)
+    rows, parts = tuple(joint_rows(problem, joint) for joint in range(n)), list[HeldOut | None]()
+    for own, more in zip(rows, further or (None,) * n, strict=True):
+        W = free_columns(problem, own)
+        W = W if more is None else np.column_stack((W, more))
+        if len(own.V) <= W.shape[1]:
+            parts.append(None)
+            continue
+        fitted = free_fit(W, own.V, numbered_blocks(own.motion, own.position, lengths), BLOCKS * len(lengths))
+        if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
+            W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
+            fitted = free_fit(W, own.V, fitted.block, fitted.blocks)
+        parts.append(held_out(fitted))
+    return FreeModel(problem, rows, fits_of(parts))
 
 
 def row_counts(problem: Problem) -> list[int]:
@@ -60,21 +68,6 @@ def row_counts(problem: Problem) -> list[int]:
         1 + max((int(each.position[-1]) for each in motion.observation.joints if len(each.position)), default=0)
         for motion in problem.motions
     ]
-
-
-def _fitted(problem: Problem, rows: Columns, further: Array | None, lengths: Sequence[int]) -> HeldOut | None:
-    W = free_columns(problem, rows)
-    if further is not None:
-        W = np.column_stack((W, further))
-    if len(rows.V) <= W.shape[1]:
-        return None
-    block = numbered_blocks(rows.motion, rows.position, lengths)
-    first = free_fit(W, rows.V, block, BLOCKS * len(lengths))
-    dry = rows.own("Fc")
-    if not dry.any():
-        return held_out(first)
-    loaded = np.abs(rows.V - first.residual) * dry  # friction proportional to the motor torque of the fitted model
-    return held_out(free_fit(np.column_stack((W, loaded)), rows.V, block, first.blocks))
 
 
 def free_columns(problem: Problem, rows: Columns) -> Array:
@@ -92,6 +85,8 @@ def free_columns(problem: Problem, rows: Columns) -> Array:
 
 STEP = 1e-3
 """Relative step of numerical derivatives."""
+LARGEST_ANGLE = np.deg2rad(15.0)
+"""Largest error of a zero and tilt of the base for which the first order is valid [rad]."""
 PRIOR_STD = 1.0
 """Prior standard deviation of the logarithm of a gain, as in `nls`."""
 
@@ -213,8 +208,6 @@ def _unknown(problem: Problem) -> Problem:
     """Return the same logs with unknown payloads; the first mounting counts as bare."""
     first = problem.motions[0].payload
     others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
-    motions = tuple(
-        replace(each, payload=None if each.payload is None else others.get(id(each.payload)))
-        for each in problem.motions
+    return replace(
+        problem, motions=tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
     )
-    return replace(problem, motions=motions)

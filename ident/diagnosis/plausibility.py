@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import SLACK
+from ident.diagnosis.hypothesis import SLACK, reach
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
 from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import Problem
@@ -38,8 +38,7 @@ def check_positions(arm: Arm, recording: Recording) -> None:
     """Refuse positions beyond the limits of the arm, by `RecordingError`, and report if they look like degrees."""
     check_joints(arm, recording)
     for j in np.flatnonzero(arm.revolute).tolist():
-        lower, upper = max(arm.lower[j], -4.0 * np.pi), min(arm.upper[j], 4.0 * np.pi)
-        low, high = float(recording.q[:, j].min()), float(recording.q[:, j].max())
+        (lower, upper), low, high = reach(arm, j), float(recording.q[:, j].min()), float(recording.q[:, j].max())
         if low < lower - SLACK or high > upper + SLACK:
             reachable = np.deg2rad(low) >= lower - SLACK and np.deg2rad(high) <= upper + SLACK
             degrees = reachable and max(-low, high) > 2.0 * np.pi

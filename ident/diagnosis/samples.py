@@ -11,9 +11,8 @@ from functools import partial
 import numpy as np
 
 from ident.diagnosis import channels, motion_quality, timing
-from ident.diagnosis.channels import TURN
 from ident.diagnosis.diagnosis import Diagnosis, finding
-from ident.diagnosis.hypothesis import SLACK
+from ident.diagnosis.hypothesis import TURN, whole_turns
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
@@ -75,9 +74,8 @@ def turned_back(recording: Recording, arm: Arm) -> tuple[Recording, Diagnosis | 
     """Shift unwrapped positions by whole turns into the limits of the model; joints without limits are not changed."""
     turns = np.zeros(recording.n, np.intp)
     for j in np.flatnonzero(np.asarray(arm.revolute, np.bool_) & np.isfinite(arm.upper - arm.lower)):
-        least = int(np.ceil((arm.lower[j] - SLACK - recording.q[:, j].min()) / TURN))
-        most = int(np.floor((arm.upper[j] + SLACK - recording.q[:, j].max()) / TURN))
-        turns[j] = min(range(least, most + 1), key=abs, default=0)
+        q = recording.q[:, j]
+        turns[j] = min(whole_turns(arm.lower[j], arm.upper[j], q.min(), q.max()), key=abs, default=0)
     joints = np.flatnonzero(turns).tolist()
     if not joints:
         return recording, None

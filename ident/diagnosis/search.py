@@ -15,7 +15,7 @@ import numpy as np
 from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement, z_of
 from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
-from ident.diagnosis.models import Reference, free_model, reference
+from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.screening import Screened, screened
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
@@ -235,7 +235,7 @@ def faults(
         if isinstance(found, Exact):
             return survey(found.read)
         # terms found earlier are not kept; alternatives are evaluated exactly without any
-        logs = replace(seen.logs, model=free_model(seen.logs.problem, found.alternative.columns))
+        logs = replace(seen.logs, terms=found.alternative.columns)
         others = [each.alternative for each in seen.small if each.alternative is not found.alternative]
         return replace(seen, logs=logs, small=smalls(logs, others))
 

@@ -8,7 +8,7 @@ from known_logs import BRICK, mounted
 from real_friction import Truth, real_logs
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.hypothesis import Logs, observed_logs
+from ident.diagnosis.hypothesis import Logs
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.joint_by_joint import joint_by_joint_gains
@@ -55,7 +55,7 @@ def _made(truth: Truth, seed: int, payloads: tuple[Payload | None, ...], **noise
 
 def doubted(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Logs:
     """Logs as the engine sees them."""
-    return observed_logs(logs, problem_of(axes, logs, payloads), ObserveOptions())
+    return Logs(tuple(logs), problem_of(axes, logs, payloads), ObserveOptions(), (None,) * len(logs))
 
 
 def all_joints(problem: Problem) -> GainEstimate:

@@ -11,13 +11,12 @@ from known_logs import BRICK
 from once import computed_once
 from real_friction import Truth
 
+from ident.diagnosis.column_faults import scaled
 from ident.diagnosis.diagnose import _effects, _Known, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of, stated
 from ident.diagnosis.evidence import each_added
-from ident.diagnosis.families import scaled
 from ident.diagnosis.hypothesis import Logs
-from ident.diagnosis.models import free_model
 from ident.diagnosis.screening import Screened
 from ident.diagnosis.search import (
     Exact,
@@ -281,7 +280,7 @@ def test_what_is_compared_exactly_is_read_once_and_scored_beside_the_terms_found
     seen = survey(behind)
     first = {each.alternative.key: each for each in _in_full(seen, lambda _: False)}
     term = next(each for each in seen.small if each.alternative.term).alternative
-    later = replace(seen, logs=replace(seen.logs, model=free_model(seen.logs.problem, term.columns)))
+    later = replace(seen, logs=replace(seen.logs, terms=term.columns))
     with monkeypatch.context() as patch:
         patch.delattr("ident.diagnosis.search.read_as")
         again = _in_full(later, lambda _: False)

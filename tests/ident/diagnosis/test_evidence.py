@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,10 +18,10 @@ from ident.diagnosis.evidence import (
     free_fit,
     held_out,
     numbered_blocks,
-    regrouped,
     z_of,
 )
 from ident.diagnosis.evidence import log_density_improvement as improvement
+from ident.diagnosis.hypothesis import scored_as
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
@@ -248,7 +249,8 @@ def test_z_is_the_sum_of_gains_over_its_standard_error():
 def test_a_score_of_exchanged_and_scaled_currents_is_told_by_the_columns_of_the_log(rng):
     found = score(rng, 3)
     orders, units = [np.array([0, 1, 2]), np.array([2, 0, 1])], [np.ones(3), np.array([10.0, -0.5, 4.0])]
-    told = regrouped(found, orders, units)
+    logs = [SimpleNamespace(v_order=order, v_factor=unit) for order, unit in zip(orders, units, strict=True)]
+    told = scored_as(found, SimpleNamespace(logs=logs))
     # In log 2 joint 1 was read from column 3 times 10, joint 2 from column 1 times -0.5, joint 3 from column 2 times 4.
     np.testing.assert_array_equal(told.squares[:, :20], found.squares[:, :20])
     np.testing.assert_array_equal(told.rows[:, :20], found.rows[:, :20])

@@ -9,7 +9,7 @@ import pytest
 from consistency_logs import at, changed, doubted, logs_of, problem_of
 from real_friction import Truth
 
-from ident.diagnosis import families, terms
+from ident.diagnosis import arm_faults, column_faults, terms
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.hypothesis import in_logs, scopes
@@ -23,7 +23,7 @@ from ident.model.structure import structure_of
 @pytest.mark.parametrize(("joint", "ratio"), [(2, -63.0), pytest.param(1, 101.0, marks=pytest.mark.slow)])
 def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(sound, joint, ratio):
     wrong = tuple(changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in sound.recordings)
-    of_a_ratio = (each for each in families.units(replace(sound, recordings=wrong)) if each.value is not None)
+    of_a_ratio = (each for each in column_faults.units(replace(sound, recordings=wrong)) if each.value is not None)
     geared = min(of_a_ratio, key=lambda each: abs(each.value - ratio))
     assert abs(geared.value / ratio - 1.0) < 0.011  # ratios are 2 % apart
     exact = geared.refined(np.array([ratio / geared.value - 1.0]))
@@ -33,9 +33,9 @@ def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(so
 def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(sound):
     wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in sound.recordings)
     words = "all positions are in degrees"
-    found = next(each for each in families.units(replace(sound, recordings=wrong)) if each.words == words)
+    found = next(each for each in column_faults.units(replace(sound, recordings=wrong)) if each.words == words)
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=1e-12)
-    assert not any(each.words == words for each in families.units(sound))
+    assert not any(each.words == words for each in column_faults.units(sound))
 
 
 @pytest.mark.parametrize(("lowest", "of_degrees"), [(-100, True), (-100, False), (0, True), (0, False)])
@@ -49,7 +49,7 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     structure = replace(sound.structure, arm=replace(sound.structure.arm, lower=lower, upper=upper))
     logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
     words = f"all positions are per cent of each joint's range, {lowest} to 100" + ", taken for degrees" * of_degrees
-    (found,) = [each for each in families.normalised(logs) if each.words == words]
+    (found,) = [each for each in column_faults.normalised(logs) if each.words == words]
     for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
         np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
     counts, zero = (np.array(json.loads(each)) for each in re.findall(r"(\[[-0-9., e]+\])", found.advice))
@@ -57,7 +57,7 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
 
 
 def test_the_advice_on_a_coupling_of_positions_undoes_it(sound):
-    log, found = sound.recordings[1], list(families.couplings(sound))
+    log, found = sound.recordings[1], list(column_faults.couplings(sound))
     assert len(found) == 8  # either neighbour of three joints, plus or minus
     for each in found:
         ((j, i),) = json.loads(re.search(r"coupling = (\[\[.*?\]\])", each.advice)[1])
@@ -72,7 +72,7 @@ def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_po
 
     def scaled(factor: np.ndarray | float):
         logs = doubted(axes, [bare, changed(loaded, v=loaded.v * factor)])
-        return [each for each in families.scales(logs) if each.value != -1.0]
+        return [each for each in column_faults.scales(logs) if each.value != -1.0]
 
     found = {(scale, ()): scaled(scale) for scale in (-4e3, 1e3, 37.0, -0.02)}
     found[37.0, (1,)] = scaled(at(1, 37.0, 1.0, 3))
@@ -83,18 +83,18 @@ def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_po
     natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in every]
     assert {*natural} == {True, False}
     assert [each.searched for each in every] == [not each for each in natural]
-    assert all(each.searched for each in families.gears(doubted(axes, [bare, loaded]), 1))
+    assert column_faults.geared(doubted(axes, [bare, loaded]), 1, -63.0).searched
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):
     bare, loaded = logs_of(Truth())
     logs = doubted(axes, [bare, changed(loaded, v=loaded.v * at(1, 5.0, 1.0, 3))])
-    found = families.scale_losses(logs, 1, 1)
+    found = column_faults.scale_losses(logs, 1, 1)
     held = logs.model.fits.parts[1]
     own = logs.model.rows[1].motion == 1
-    at_some = np.arange(0, len(families.SCALES), 13)
+    at_some = np.arange(0, len(column_faults.SCALES), 13)
     expected = []
-    for s in families.SCALES[at_some]:
+    for s in column_faults.SCALES[at_some]:
         left = held.fit.without(np.where(own, held.fit.V / s, held.fit.V))
         share, squares = own.mean(), [np.sum(left[~own] ** 2), s**2 * np.sum(left[own] ** 2)]
         expected.append(0.5 * held.fit.freedom * (np.log(squares) @ [1.0 - share, share]))
@@ -172,32 +172,32 @@ def test_directions_are_of_those_joints_and_logs_in_which_they_differ_from_other
         assert not any(column[:, np.arange(3) != j].any() for j, column in enumerate(each.columns))
     assert sound.structure.arm.translation.any(axis=1).all()  # also what stands before the first joint
     assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
-    (second, *_) = (each for each in families.lengths(sound) if each.joints == (2,))
+    (second, *_) = (each for each in arm_faults.lengths(sound) if each.joints == (2,))
     assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
     np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])
 
 
 def test_steps_of_a_size_add_up(sound):
-    turned = families.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
+    turned = column_faults.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(turned.hypothesis.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
     assert turned.advice.startswith("use q2 plus 23.5 degrees,")
-    assert families.turned(sound, 2, (1,), -1.0, -0.3).advice.startswith("use -q3 minus 17.2 degrees,")
-    later = families.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
+    assert column_faults.turned(sound, 2, (1,), -1.0, -0.3).advice.startswith("use -q3 minus 17.2 degrees,")
+    later = column_faults.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
     np.testing.assert_allclose(later.hypothesis.logs[1].delay, 0.007, rtol=1e-12)
     assert "7 ms later" in later.words
     assert "23 Hz" in later.words  # 1 / (2 pi 7 ms)
-    apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
+    apart = column_faults.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
     apart = apart.refined(np.array([0.0, -0.0021, 0.004]))
     np.testing.assert_allclose(apart.hypothesis.logs[0].delay, [0.002, -0.0051, 0.004], rtol=1e-12)
     assert "2.0 (v1), -5.1 (v2), 4.0 (v3) ms" in apart.words
     assert (apart.value, apart.parameters, later.parameters) == (None, 3, 1)
-    timed = families.timed(sound, (0,), 1.2).refined(np.array([0.05]))
+    timed = column_faults.timed(sound, (0,), 1.2).refined(np.array([0.05]))
     np.testing.assert_allclose(timed.hypothesis.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
-    ratio = families.shared(sound, 2, 1, 0.3).refined(np.array([0.11]))
+    ratio = arm_faults.shared(sound, 2, 1, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(ratio.hypothesis.transmission, [[1, 0, 0], [0, 1, 0], [0, 0.41, 1]], rtol=1e-12)
-    scaled = families.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
+    scaled = column_faults.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
     np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
-    longer = families.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))  # never negative
+    longer = arm_faults.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))  # never negative
     np.testing.assert_allclose(longer.hypothesis.length_factors, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12)
 
 
@@ -226,22 +226,22 @@ def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     small = 1e-6 * value
     derivative = sum(x * np.cross(axis, before) for x, axis in zip(small, across(sound.structure.arm), strict=True))
     np.testing.assert_allclose(tilt.at(small).hypothesis.gravity - before, derivative, atol=1e-10)  # second order
-    assert len(list(families.bases(sound))) == 25  # of 26 directions, one is the model's
+    assert len(list(arm_faults.bases(sound))) == 25  # of 26 directions, one is the model's
 
 
 def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or_a_sign(sound, found):
     zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
     small = FirstOrder(zero, np.ones(40), np.array([0.06]), np.eye(1))
-    assert small.near(families.turned(sound, 1, (0, 1), 1.0, 0.09))
+    assert small.near(column_faults.turned(sound, 1, (0, 1), 1.0, 0.09))
     quarter, negated = (1, (0, 1), 1.0, 0.06 + np.pi / 2), (1, (0, 1), -1.0, 0.06)
     for each in (quarter, negated, (2, (0, 1), 1.0, 0.06), (1, (1,), 1.0, 0.06)):  # the last of another joint, one log
-        assert not small.near(families.turned(sound, *each))
+        assert not small.near(column_faults.turned(sound, *each))
     scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
     small = FirstOrder(scale, np.ones(40), np.array([0.2]), np.eye(1))
-    assert small.near(families.scaled(sound, (1,), (1,), 1.3))
-    assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
+    assert small.near(column_faults.scaled(sound, (1,), (1,), 1.3))
+    assert not small.near(column_faults.scaled(sound, (1,), (1,), 1000.0))
     for share in (0.97, -0.97, 1.03, -1.03):  # the first order is believed up to the largest size either way
-        own = replace(small, value=np.array([share * families.LARGEST_SCALE]))
+        own = replace(small, value=np.array([share * column_faults.LARGEST_SCALE]))
         assert own.within is (abs(share) < 1.0)
 
 
@@ -251,10 +251,10 @@ def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
         return Exact(alternative, np.ones(40), sound, sound.model.fits.score, spread).std
 
     for zero in (np.pi - 0.001, -np.pi + 0.001, 0.3):
-        turned = families.turned(sound, 1, (0, 1), 1.0, zero)
+        turned = column_faults.turned(sound, 1, (0, 1), 1.0, zero)
         np.testing.assert_allclose(std(turned, [0.01]), np.rad2deg(0.01), rtol=1e-9)
         assert std(turned, None) is None
-    apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
+    apart = column_faults.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
     assert std(apart, [1e-3, 2e-3, 3e-3]) is None  # of three sizes there is no one
 
 

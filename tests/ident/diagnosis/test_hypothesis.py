@@ -12,9 +12,9 @@ from ident.diagnosis.hypothesis import (
     SLACK,
     STILL,
     LogHypothesis,
+    Logs,
     as_logged,
     beyond_limits,
-    observed_logs,
     read_as,
     within_limits,
 )
@@ -150,7 +150,7 @@ def test_another_unit_has_to_leave_a_joint_in_reach_and_moving(slider, span, wit
 def test_a_clock_changes_no_sample_that_filters_combine(axes):
     options, recorded = ObserveOptions(current_delay=0.011), logs_of(Truth())
     motions = (ObservedMotion(observe(log, axes, options), each) for log, each in zip(recorded, PAYLOADS, strict=True))
-    logs = observed_logs(recorded, Problem(axes, tuple(motions), LOOSE), options)
+    logs = Logs(tuple(recorded), Problem(axes, tuple(motions), LOOSE), options, (None, None))
     other = read_as(logs, logs.given.changed(logs.every, clock=1.25))
     for before, after in zip(logs.model.rows, other.model.rows, strict=True):
         np.testing.assert_allclose(after.V, before.V, atol=1e-9 * np.std(before.V))  # rounding of the filters

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from consistency_logs import doubted, exchanged
 
-from ident.diagnosis.families import FAMILIES, orders
+from ident.diagnosis.column_faults import orders
+from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.hypothesis import Logs, as_logged
 from ident.diagnosis.screening import MARGIN, SURELY_WORSE, improvements, looked_at, screened, subsampled_states
 from ident.diagnosis.screening import unexplained as in_stages

@@ -10,10 +10,11 @@ from threadpoolctl import threadpool_limits
 
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits, worst_first
-from ident.diagnosis.estimate_evidence import NO_RESULT, Estimate
+from ident.diagnosis.effects import NO_RESULT
 from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
 from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
+from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain

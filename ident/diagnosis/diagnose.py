@@ -11,30 +11,15 @@ import numpy as np
 
 from ident.diagnosis.column_faults import scaled
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.estimate_evidence import (
-    Estimate,
-    HeldOutEstimate,
-    between,
-    consequence,
-    from_mass_alone,
-    lacks_of,
-    severity_of,
-    stated,
-)
+from ident.diagnosis.effects import between, diagnosis_of, of_currents, of_ratios, severity_of
+from ident.diagnosis.estimate_evidence import HeldOutEstimate, by_least_squares, stated
 from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, scored_as
 from ident.diagnosis.joint_fits import opposed
-from ident.diagnosis.limits import (
-    bounds,
-    centres_excluded,
-    exclusions,
-    largest_undetected,
-    undetectable,
-    undetectable_together,
-    undetected_sizes,
-)
-from ident.diagnosis.models import Reference, reference
+from ident.diagnosis.lacks import Estimate, from_mass_alone, lacks_of
+from ident.diagnosis.limits import bounds, limits_of
+from ident.diagnosis.models import reference
 from ident.diagnosis.search import (
     LOOKED_AT,
     MOST,
@@ -56,22 +41,18 @@ from ident.diagnosis.search import (
 )
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.intervals import max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
 DELAY = "delay"
 STEPS = 5
 """Largest number of further estimates that refine the size of a fault that only gains reveal."""
-LINEAR = 1e-6
-"""Relative part of the influence outside the column space; larger for instruments and total least squares than for
-least squares."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
     """Compare logs and an estimate with every alternative; `reestimate` gives the effect of large faults."""
     seen = survey(logs)
-    base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
+    base = None if estimate is None or not by_least_squares(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     of_logs = [each for each in found if isinstance(each.best, Exact)]
@@ -113,28 +94,18 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     if estimate is not None:
         diagnoses += encoder_noise(logs.problem, estimate)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
-    diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # with a fault, exclusions are not valid
+    diagnosed = Diagnosed() if spoilt else limits_of(seen, base)  # with a fault, exclusions are not valid
     return replace(diagnosed, diagnoses=worst_first(diagnoses))
 
 
 def horizon(logs: Logs) -> Diagnosed:
     """What fault-free logs exclude, and what they cannot reveal."""
-    return _horizon(survey(logs), None)
-
-
-def _horizon(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
-    sizes = undetected_sizes(seen)
-    return Diagnosed(
-        excluded=(*exclusions(seen, sizes, base), *(() if base is None else centres_excluded(base))),
-        undetectable=tuple(undetectable(seen, sizes, base)),
-        undetectable_together=tuple(undetectable_together(seen, sizes)),
-        largest_undetected=None if base is None else largest_undetected(seen, sizes, base),
-    )
+    return limits_of(survey(logs), None)
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     """What the model of an estimate lacks, if the logs are trusted."""
-    if not _linear(estimate):
+    if not by_least_squares(estimate):
         return Diagnosed()
     small = directions(reference(logs.problem), logs)
     base = stated(problem, estimate)
@@ -191,7 +162,7 @@ class _Known:
     def predicting(self, found: Exact) -> HeldOutEstimate | None:
         """The same, prepared for predictions; None also if its rows have no influence."""
         other = self.of(found)
-        return None if other is None or not _linear(other) else stated(found.read.problem, other)
+        return None if other is None or not by_least_squares(other) else stated(found.read.problem, other)
 
     def confirms(self, found: Exact) -> bool:
         """Whether a fault improves the predictions of the estimate, which needs less motion than the free model."""
@@ -263,17 +234,8 @@ class _Known:
 
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """Return the diagnosis of a fault of the logs."""
-    logs, effects = seen.logs, _effects(fault, seen, known)
-    assert isinstance(fault.best, Exact), "a fault of the logs"
-    what = fault.best.alternative
-    return Diagnosis(
-        name=what.family, severity=severity_of(effects),
-        sentence=f"{what.words}{consequence(effects, *(['ratios of gains'] if known is None else []))}",
-        cause=what.words, advice=what.advice, joints=what.joints,
-        logs=tuple(logs.names[k] for k in what.logs) if len(what.logs) < len(logs.names) else (),
-        value=what.value, std=fault.best.std, unit=what.unit, z=fault.best.z, effects=effects,
-        rivals=fault.rival_words,
-    )  # fmt: skip
+    what = "ratios of gains" if known is None else "gains from these logs"
+    return diagnosis_of(fault.best, fault.rival_words, seen.logs.names, _effects(fault, seen, known), what=what)
 
 
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
@@ -284,51 +246,9 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
         moved += (effect for each in (fault.best, *fault.rivals) for effect in known.effects(each))
     elif fault.model.logs is seen.logs and seen.fit is not None:
         small = next((each for each in seen.small if each.near(fault.best.alternative)), None)
-        moved += [] if small is None or not small.within else _of_ratios(seen.fit, small)
+        moved += [] if small is None or not small.within else of_ratios(seen.fit, small)
     if moved:
         joints = sorted({each.joint for each in moved})
         own = ([each for each in moved if each.joint == j] for j in joints)
         return tuple(max(each, key=lambda effect: abs(effect.deviations or 0.0)) for each in own)
-    return tuple(_of_currents(fault.model.logs, fault.best))
-
-
-def _of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
-    """Share of each joint's current that a fault explains."""
-    order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
-    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    left, still = before.model.fits.score.variance, found.read.model.fits.score.variance
-    lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
-    for j, share in zip(order, lost, strict=True):
-        yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
-
-
-def _of_ratios(fit: Reference, small: FirstOrder) -> Iterator[Effect]:
-    """Error of the ratio of each gain to the one that gives the most accurate ratios."""
-    found, influence = fit.fitted, fit.fitted.log_h.influence
-    currents = np.concatenate(
-        [
-            np.zeros(rows) if each is None else each @ small.value
-            for each, rows in zip(small.alternative.columns, np.bincount(found.rows.joint).tolist(), strict=True)
-        ]
-    )
-    C = max_of_classical_and_jackknife(found.rows, influence)
-    std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
-    surest = int(np.argmin(np.median(std, axis=1)))
-    log_gain = influence @ currents
-    for j, moved in enumerate(log_gain - log_gain[surest]):
-        if std[surest, j] > 0.0:
-            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
-
-
-def _linear(estimate: GainEstimate) -> bool:
-    """Whether an estimate is by least squares, so that its influence lies in its column space."""
-    rows, solution = estimate.solution.rows, estimate.solution
-    if not len(solution.joints) or not rows.explained.shape[1]:
-        return False
-    if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
-        return False  # an exact fit, which no recording has
-    weighted = solution.influence / rows.weight
-    gram = rows.explained.T @ rows.explained
-    along = np.linalg.lstsq(gram, rows.explained.T @ weighted.T, rcond=None)[0]
-    left = np.linalg.norm(rows.explained @ along - weighted.T)
-    return bool(left < LINEAR * np.linalg.norm(weighted))
+    return tuple(of_currents(fault.model.logs, fault.best))

@@ -52,7 +52,9 @@ FAMILIES: tuple[Family, ...] = (
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),
     ),
     Family(name="order", alternatives=columns.orders, excluded={"order": "exchanged or reordered columns"}),
-    Family(name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}),
+    Family(
+        name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}
+    ),
     Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
     Family(name="ratio", directions=arms.small_ratios, seldom=True),
     Family(

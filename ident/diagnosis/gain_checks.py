@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
-from ident.diagnosis.estimate_evidence import claimed, consequence, severity_of
+from ident.diagnosis.effects import claimed, consequence, severity_of
 from ident.diagnosis.motion_quality import acceleration_of_unit_noise
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs

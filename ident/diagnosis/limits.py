@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Exclusion
+from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate
 from ident.diagnosis.evidence import Fits, each_z, log_density_improvement, stacked
 from ident.diagnosis.families import FAMILIES, Limit
@@ -35,6 +35,17 @@ Sizes: TypeAlias = Mapping[Limit, Mapping[tuple[tuple[int, ...], str], float]]
 """Largest sizes that are not excluded, by joints and unit, where there is a limit."""
 
 
+def limits_of(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
+    """Return all that fault-free logs, and an estimate, exclude and cannot reveal."""
+    sizes = undetected_sizes(seen)
+    return Diagnosed(
+        excluded=(*exclusions(seen, sizes, base), *(() if base is None else centres_excluded(base))),
+        undetectable=tuple(undetectable(seen, sizes, base)),
+        undetectable_together=tuple(undetectable_together(seen, sizes)),
+        largest_undetected=None if base is None else largest_undetected(seen, sizes, base),
+    )
+
+
 def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
     """Size beyond which each direction, of one parameter, is excluded, by bisection; None if it is not."""
     score, count = fits.score, len(directions)
@@ -42,29 +53,25 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
         return []
     cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part, which, columns in stacked(fits, [each.columns for each in directions]):
-        held = part.predicted(part.fit.without(columns))
-        residual = part.predicted(part.fit.residual[:, None])
+        held, residual = part.predicted(part.fit.without(columns)), part.predicted(part.fit.residual[:, None])
         cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
         square[which, j] = np.einsum("brk,brk->bk", held, held).T
-    felt = np.asarray(square.any(axis=2))  # (directions, parts): other parts do not change
+    felt = np.asarray(square.any(axis=2))[:, None, :, None]  # (directions, 1, parts, 1): others do not change
     largest, last = np.array([each.largest for each in directions]), len(SIZES) - 1
 
     def lost(number: Indices) -> Mask:
-        sizes = largest * SIZES[number]
-        x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (directions, 2, 1, 1)
-        moved = score.squares - 2.0 * x * cross[:, None] + x**2 * square[:, None]
-        moved = np.where(felt[:, None, :, None], moved, score.squares)
-        z = each_z(log_density_improvement(score, replace(score, squares=moved)))  # (directions, 2)
-        return z.max(axis=1) < -SHOWN
+        x = (largest * SIZES[number])[:, None, None, None] * np.array([1.0, -1.0])[:, None, None]
+        moved = score.squares - 2.0 * x * cross[:, None] + x**2 * square[:, None]  # (directions, 2, parts, blocks)
+        moved = replace(score, squares=np.where(felt, moved, score.squares))
+        return each_z(log_density_improvement(score, moved)).max(axis=1) < -SHOWN
 
-    # not lost at the first, unless it is -1; lost at the second
-    below, above = np.full(count, -1), np.full(count, last)
+    below, above = np.full(count, -1), np.full(count, last)  # not lost at the first, unless it is -1
     found = lost(above)  # not without an effect: z is 0
     while (above - below > 1).any():
         middle = (below + above) // 2
         worse = lost(np.maximum(middle, 0))
         below, above = np.where(worse, below, middle), np.where(worse, middle, above)
-    return [float(largest[k] * SIZES[above[k]]) if found[k] else None for k in range(count)]
+    return [size if lost else None for size, lost in zip((largest * SIZES[above]).tolist(), found, strict=True)]
 
 
 def undetected_sizes(seen: Survey) -> Sizes:

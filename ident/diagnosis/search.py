@@ -62,6 +62,11 @@ class FirstOrder(Compared):
     covariance: Array
 
     @property
+    def std(self) -> float | None:
+        """Standard deviation of its size, None with several parameters."""
+        return float(np.sqrt(self.covariance[0, 0])) * self.alternative.scale if len(self.value) == 1 else None
+
+    @property
     def within(self) -> bool:
         """Whether the first order is valid for its size."""
         return bool((np.abs(self.value) <= self.alternative.largest).all())

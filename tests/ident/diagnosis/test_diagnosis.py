@@ -12,11 +12,13 @@ from once import computed_once
 from real_friction import Truth
 
 from ident.diagnosis.column_faults import scaled
-from ident.diagnosis.diagnose import _effects, _Known, _of_currents, _of_ratios, diagnose
+from ident.diagnosis.diagnose import _effects, _Known, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of, stated
+from ident.diagnosis.effects import between, consequence, of_currents, of_ratios, severity_of
+from ident.diagnosis.estimate_evidence import stated
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
+from ident.diagnosis.lacks import beyond_prior
 from ident.diagnosis.screening import Screened
 from ident.diagnosis.search import (
     Exact,
@@ -130,7 +132,7 @@ def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside
     moved = influence @ np.concatenate([each @ small.value for each in zero.columns])
     ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains
     std = np.sqrt(np.einsum("abj,jk,abk->ab", ratios, C, ratios))
-    found = {each.joint: each for each in _of_ratios(fit, small)}
+    found = {each.joint: each for each in of_ratios(fit, small)}
     (beside,) = {0, 1, 2} - set(found)
     assert np.median(std[beside]) == pytest.approx(np.median(std, axis=1).min())
     for j, each in found.items():
@@ -146,7 +148,7 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
 
     hypothesis = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
     found = SimpleNamespace(alternative=SimpleNamespace(hypothesis=hypothesis, logs=(1,)), read=fits(0.4, 1.7, 9.0))
-    shares = {each.joint: each.percent for each in _of_currents(fits(13.0, 7.0, 31.0), found)}
+    shares = {each.joint: each.percent for each in of_currents(fits(13.0, 7.0, 31.0), found)}
     # Joint 1 was read from the third column, joint 2 from the first, joint 3 from the second, of which less is left.
     assert list(shares) == [2, 0, 1]
     np.testing.assert_allclose(shares[2], 100.0 * np.sqrt(30.6 / 450.0), rtol=1e-12)

@@ -12,26 +12,22 @@ from known_logs import BRICK
 from linear_solutions import Linear
 from real_friction import Truth
 
-from ident.diagnosis import estimate_evidence, terms
-from ident.diagnosis.diagnose import _linear
+from ident.diagnosis import lacks, terms
 from ident.diagnosis.diagnosis import Diagnosis, Severity, two_digits
-from ident.diagnosis.estimate_evidence import (
-    FINEST,
-    HeldOutEstimate,
+from ident.diagnosis.effects import FINEST, claimed, consequence
+from ident.diagnosis.estimate_evidence import HeldOutEstimate, by_least_squares, stated
+from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.hypothesis import Alternative, small
+from ident.diagnosis.lacks import (
     Lack,
     _may_be_of_payload,
     _of_payload,
     _unexplained,
-    claimed,
-    consequence,
-    diagnosis_of,
     imitated,
     lacks_of,
+    of_lack,
     shown_beside,
-    stated,
 )
-from ident.diagnosis.evidence import log_density_improvement, z_of
-from ident.diagnosis.hypothesis import Alternative, small
 from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
@@ -139,7 +135,7 @@ def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made
     columns = [rng.normal(size=(60, 1)) for _ in range(2)]
     drift = direction(columns, logs=(1,), term=True)
     more = made.each_added([drift])[0]
-    said = diagnosis_of(Lack(made, *added([drift], [more]), ()), ("a.csv", "b.csv"))
+    said = of_lack(Lack(made, *added([drift], [more]), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")
@@ -177,19 +173,19 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
     # Where it refuses a gain, that is estimated again from the currents without it.
     refused, asked = replace(base, estimate=replace(estimate, joints=(None, *estimate.joints[1:]))), list[Problem]()
     lack = Lack(refused, *added([centre], [found]), ())
-    diagnosis_of(lack, ("a", "b"), lambda given: asked.append(given) or sound)
+    of_lack(lack, ("a", "b"), lambda given: asked.append(given) or sound)
     left = Columns.of(problem.motions).V - base.stacked(centre.columns) @ found.value
     np.testing.assert_allclose(Columns.of(asked[0].motions).V, left, rtol=0, atol=1e-12 * np.abs(left).max())
 
 
 def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimate):
-    assert _linear(sound_estimate)
+    assert by_least_squares(sound_estimate)
     solution = sound_estimate.solution
     size = 0.01 * np.abs(solution.influence).max()
     crooked = solution.influence + size * np.random.default_rng(5).normal(size=solution.influence.shape)
-    assert not _linear(replace(sound_estimate, solution=replace(solution, influence=crooked)))
+    assert not by_least_squares(replace(sound_estimate, solution=replace(solution, influence=crooked)))
     exact = replace(solution.rows, residual=np.zeros_like(solution.rows.residual))
-    assert not _linear(replace(sound_estimate, solution=replace(solution, rows=exact)))
+    assert not by_least_squares(replace(sound_estimate, solution=replace(solution, rows=exact)))
 
 
 def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
@@ -253,17 +249,17 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
     problem, seen, spring = problem_of(axes, logs), doubted(axes, logs), elastic(axes, logs)
     base = stated(problem, all_joints(problem))
     (lack,) = shown_beside(base, [spring])
-    least, *_, most = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    least, *_, most = sorted(abs(each.percent) for each in of_lack(lack, ("a", "b")).effects if each.spoils)
     assert most > 1.3 * least
 
     def limited(base: HeldOutEstimate, limit: float) -> HeldOutEstimate:
         return replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=limit)))
 
-    of_limits = (diagnosis_of(lack._replace(model=limited(base, x * most / 100.0)), ("a", "b")) for x in (0.9, 1.1))
+    of_limits = (of_lack(lack._replace(model=limited(base, x * most / 100.0)), ("a", "b")) for x in (0.9, 1.1))
     assert [each.severity for each in of_limits] == [Severity.WRONG, Severity.WEAK]
     # What is unexplained beside a term that the model lacks refuses none.
     strict = limited(base, 1e-3)
-    monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
+    monkeypatch.setattr(lacks, "_leaves", lambda *_: True)
     found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen.names, seen.model, stiff=None)]
     assert found == [(terms.ELASTICITY, Severity.WRONG), ("unexplained", Severity.WEAK)]
 
@@ -305,7 +301,7 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
             size, std = lack.best.value[-3:], np.sqrt(np.diag(lack.best.covariance))[-3:]
             assert (np.abs(size - (0.05, 0.05, -0.05)) < 3.0 * std).all()
             assert (std[[0, 2]] < 0.005).all()  # the second axis is hardly moved by these joints
-            told = [float(x) for x in re.findall(r"[+-]\d+(?:\.\d+)?", diagnosis_of(lack, ("a", "b")).cause)]
+            told = [float(x) for x in re.findall(r"[+-]\d+(?:\.\d+)?", of_lack(lack, ("a", "b")).cause)]
             np.testing.assert_allclose(told, 1e3 * size, rtol=0.05)  # two digits
 
 
@@ -402,8 +398,8 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
 
 def test_an_error_of_the_payload_to_first_order_is_no_rival_of_an_estimate_from_its_mass_alone(monkeypatch):
     asked = list[object]()
-    monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
-    monkeypatch.setattr(estimate_evidence, "_may_be_of_payload", lambda base, other: asked.append(other))
+    monkeypatch.setattr(lacks, "_leaves", lambda *_: True)
+    monkeypatch.setattr(lacks, "_may_be_of_payload", lambda base, other: asked.append(other))
     base = SimpleNamespace(problem=SimpleNamespace(payloads=(BRICK,)))
     for family in (CENTRE, INERTIA, "zero"):
         lack = SimpleNamespace(best=SimpleNamespace(alternative=SimpleNamespace(family=family)))

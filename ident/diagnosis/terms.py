@@ -19,7 +19,7 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
 
 ELASTICITY = "joint elasticity"
-OFFSET, OFFSET_DRIFT = "offset", "offset drift"
+OFFSET, OFFSET_DRIFT, CURRENT_DRIFT = "offset", "offset drift", "current drift"
 """Families of the current sensor, which are not effects of the arm."""
 WARM_UP = "warm the drives up before recording"
 MESSAGES = {
@@ -33,7 +33,7 @@ MESSAGES = {
     ),
     "friction law": ("the friction law of the model does not fit", "choose a friction law that fits (nls, friction)"),
     "friction drift": ("friction changes within the logs", WARM_UP),
-    "current drift": (
+    CURRENT_DRIFT: (
         "the currents' scale drifts within the log",
         f"{WARM_UP}; magnets weaken with temperature",
     ),
@@ -51,14 +51,14 @@ DEGREE = 6
 def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Elastic joints, each with its own compliance."""
     size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
-    yield _term(ELASTICITY, (), logs, [each * size for each in reference.softened])
+    yield _term(ELASTICITY, logs, [each * size for each in reference.softened])
 
 
 def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
     for j, rows in enumerate(logs.model.rows):
         columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
-        yield _of_joint("position-dependent torque", logs, j, columns)
+        yield _term("position-dependent torque", logs, columns, (j,))
 
 
 def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -67,7 +67,7 @@ def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
         dq = states(logs, rows)[1]
         even = _polynomials(np.abs(dq), DEGREE // 2)
         columns = np.hstack((even, np.sign(dq)[:, None] * even)) * rows.weight[:, None]
-        yield _of_joint("friction law", logs, j, columns)
+        yield _term("friction law", logs, columns, (j,))
 
 
 def _polynomials(x: Array, degree: int) -> Array:
@@ -92,9 +92,8 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     for j, rows in enumerate(logs.model.rows):
         own = rows.of_parameter("Fv", "Fc")
         if own.any():
-            time = [rows.since_middle() * (rows.motion == log) for log in range(len(logs.recordings))]
-            columns = np.hstack([rows.W[:, own] * each[:, None] for each in time])
-            yield _of_joint("friction drift", logs, j, columns)
+            time = [(rows.since_middle() * (rows.motion == log))[:, None] for log in logs.every]
+            yield _term("friction drift", logs, np.hstack([rows.W[:, own] * each for each in time]), (j,))
 
 
 def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -102,30 +101,29 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     for j, rows in enumerate(logs.model.rows):
         coupled = rows.of_parameter(*COUPLED)
         if coupled.any() and len(logs.recordings) > 1:
-            parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in range(1, len(logs.recordings))]
-            yield _of_joint("friction drift", logs, j, np.hstack(parts))
+            parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in logs.every[1:]]
+            yield _term("friction drift", logs, np.hstack(parts), (j,))
 
 
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
-    for log in range(len(logs.recordings)):
+    for log in logs.every:
         explained = zip(logs.model.rows, reference.explained(log), strict=True)
         columns = [(own * rows.since_middle(log))[:, None] for rows, own in explained]
-        for joints in ((), *((j,) for j in range(len(columns)))):
-            chosen = [each if not joints or j in joints else None for j, each in enumerate(columns)]
-            yield _term("current drift", joints, logs, chosen, (log,), unit="%", scale=100.0)
+        yield _term(CURRENT_DRIFT, logs, columns, (), (log,))
+        yield from (_term(CURRENT_DRIFT, logs, each, (j,), (log,)) for j, each in enumerate(columns))
 
 
 def offsets(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
     n = logs.structure.arm.n
-    for log in range(len(logs.recordings)):
+    for log in logs.every:
         level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
         drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
         for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
-            yield from (_of_joint(family, logs, j, each, (log,)) for j, each in enumerate(columns))
+            yield from (_term(family, logs, each, (j,), (log,)) for j, each in enumerate(columns))
             if n > 1 and columns:
-                yield _term(family, (), logs, [c * (np.arange(n) == j) for j, c in enumerate(columns)], (log,))
+                yield _term(family, logs, [c * (np.arange(n) == j) for j, c in enumerate(columns)], (), (log,))
 
 
 TERMS: dict[str, Callable[[Reference, Logs], Iterator[Alternative]]] = {
@@ -134,31 +132,23 @@ TERMS: dict[str, Callable[[Reference, Logs], Iterator[Alternative]]] = {
     "friction law": speed,
     "friction drift": warming,
     "friction of couplings": coupled_friction,
-    "current drift": current_drift,
+    CURRENT_DRIFT: current_drift,
     "offsets": offsets,
 }
 
 
-def _of_joint(family: str, logs: Logs, joint: int, columns: Array, scope: tuple[int, ...] | None = None) -> Alternative:
-    n = logs.structure.arm.n
-    return _term(family, (joint,), logs, [columns if j == joint else None for j in range(n)], scope)
-
-
 def _term(
-    family: str,
-    joints: tuple[int, ...],
-    logs: Logs,
-    columns: Sequence[Array | None],
-    scope: tuple[int, ...] | None = None,
-    unit: str = "",
-    scale: float = 1.0,
+    family: str, logs: Logs, columns: Array | Sequence[Array], joints: tuple[int, ...] = (), scope: tuple[int, ...] = ()
 ) -> Alternative:
-    words, advice = MESSAGES[family]
+    """Return a term with columns of every joint, or of one, in all logs or some."""
+    (words, advice), scale = MESSAGES[family], 100.0 if family == CURRENT_DRIFT else 1.0
     found = Alternative(
         family=family, words=f"joint {joints[0] + 1}: {words}" if joints else words, joints=joints,
-        logs=logs.every if scope is None else scope, hypothesis=logs.given, advice=advice, unit=unit,
+        logs=scope or logs.every, hypothesis=logs.given, advice=advice, unit="%" if family == CURRENT_DRIFT else "",
         term=True, at_fault=family in (OFFSET, OFFSET_DRIFT),
     )  # fmt: skip
+    if isinstance(columns, np.ndarray):
+        columns = [columns if j in joints else None for j in range(logs.structure.arm.n)]
     return small(lambda value: replace(found, value=_single(value, scale)), columns, scale=scale)
 
 
@@ -201,14 +191,14 @@ def _in_mm(offset: Array) -> str:
 def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Alternative]:
     """Errors of the specified centre of mass and inertia of each payload, and its shift within a log."""
     rows = [joint_rows(problem, j) for j in range(problem.structure.arm.n)]
+    inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
     for which, payload in enumerate(problem.payloads):
+        currents = [inverse[j] * own.W_L[which] if j in inverse else None for j, own in enumerate(rows)]
         if payload.known in KNOWN_CENTRE:
-            yield _of_payload(problem, rows, estimate, which, CENTRE, per_metre(payload), payload.com_std)
+            yield _of_payload(problem, which, currents, CENTRE, per_metre(payload))
         if payload.known == "all":
-            yield _of_payload(problem, rows, estimate, which, INERTIA, np.eye(10)[:, :6])
-        moment = np.zeros((10, 3))
-        moment[6:9] = payload.mass * np.eye(3)
-        fixed = _of_payload(problem, rows, estimate, which, SHIFT, moment)
+            yield _of_payload(problem, which, currents, INERTIA, np.eye(10)[:, :6])
+        fixed = _of_payload(problem, which, currents, SHIFT, payload.mass * np.eye(10)[:, 6:9])
         for log in fixed.logs:  # its mean within the log, then its growth in proportion to time
             time = [(each.since_middle(log) * (each.motion == log))[:, None] for each in rows]
             columns = (None if c is None else np.hstack((c, t * c)) for c, t in zip(fixed.columns, time, strict=True))
@@ -221,20 +211,12 @@ def per_metre(payload: Payload) -> Array:
 
 
 def _of_payload(
-    problem: Problem,
-    rows: Sequence[Columns],
-    estimate: GainEstimate,
-    which: int,
-    family: str,
-    change: Array,
-    prior_std: Sequence[float] = (),
+    problem: Problem, which: int, currents: Sequence[Array | None], family: str, change: Array
 ) -> Alternative:
     """Return the currents from a change of a payload's parameters, (10, m), without columns that have no effect."""
-    inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
-    columns = tuple(inverse[j] * (own.W_L[which] @ change) if j in inverse else None for j, own in enumerate(rows))
+    columns = tuple(None if own is None else own @ change for own in currents)
     size = np.sqrt(np.sum([np.sum(each**2, axis=0) for each in columns if each is not None], axis=0))
     felt, (words, advice) = size > ROUNDING * size.max(), OF_PAYLOAD[family]
-
     mounted, scale = problem.payloads[which], 1.0 if family == INERTIA else 1e3
     found = Alternative(
         family=family, parameter=CENTRE if family == SHIFT else "", words="", joints=(),
@@ -250,5 +232,5 @@ def _of_payload(
 
     return small(
         sized, [None if each is None else each[:, felt] for each in columns], scale=scale,
-        prior_std=np.array(prior_std)[felt] if any(prior_std) else None,
+        prior_std=np.array(mounted.com_std)[felt] if family == CENTRE and any(mounted.com_std) else None,
     )  # fmt: skip

@@ -72,12 +72,11 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
             )
             for each in found if isinstance(best := each.best, FirstOrder)
         ]  # fmt: skip
-    elif len(of_logs) == MOST:  # of another robot, probably: what is lacking then says nothing
-        pass
     elif of_logs:  # what the estimate still lacks after the faults of the logs are corrected
         last = of_logs[-1].best
         assert isinstance(last, Exact), "a fault of the logs"
-        own = known.predicting(last)
+        # after the largest number of faults the logs are probably of another robot: what is lacking then says nothing
+        own = known.predicting(last) if len(of_logs) < MOST else None
         if own is not None:
             fit = reference(last.read.problem)
             after = Survey(last.read, fit, tuple(directions(fit, last.read)), (), ())
@@ -185,17 +184,16 @@ class _Known:
         small = sorted(added(choices, base.each_added(choices, WORTH)), key=lambda each: each.gain)
         if not any(each.alternative.at_fault and each.z > SHOWN for each in small):
             return
-        own = [each for each in small if each.alternative in seen.directions and each.alternative.at_fault]
-        own = [each for each in own if not each.alternative.term and each.alternative.parameters == 1]
+        open_to = [each for each in seen.directions if each.at_fault and not each.term and each.parameters == 1]
+        own = [each for each in small if each.alternative in open_to]
         unbounded = zip(own, bounds(seen.logs.model.fits, [each.alternative for each in own]), strict=True)
         best_of = {one.alternative.family: one for one, size in unbounded if size is None and one.z > SHOWN - 1.0}
         likely = sorted(best_of.values(), key=lambda each: -each.gain)[:LOOKED_AT]
         found = [exact for each in likely if (exact := self._far(seen.logs, each)) is not None]
         best = max(found, key=lambda each: each.gain, default=None)
         if best is not None and best.z > SHOWN:
-            within = [each for each in small if each.within]
-            rivals = [each.u for each in within]
-            rivals += [] if (other := from_mass_alone(base, reestimate)) is None else [other[1]]
+            within, other = [each for each in small if each.within], from_mass_alone(base, reestimate)
+            rivals = [*(each.u for each in within), *([] if other is None else [other[1]])]
             if all(float(np.sum(best.u - each)) > 0.0 for each in rivals):
                 yield Fault(seen, best, tuple(each for each in within if z_of(best.u - each.u) < TIE))
 

@@ -148,27 +148,20 @@ class Logs:
 @lru_cache(maxsize=2)  # an alternative and its refinement; of a long log each has a hundred megabytes
 def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     """Return the logs under a hypothesis, observed again; `RecordingError` if they cannot be filtered under it."""
-
-    def by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:  # that combine the same samples
-        return observing if clock == 1.0 else replace(
-            observing, cutoff_hz=observing.cutoff_hz / clock,
-            decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
-            rows_per_second=observing.rows_per_second / clock, current_delay=observing.current_delay * clock,
-        )  # fmt: skip
-
-    arm = hypothesis.of_arm(logs.structure.arm)
+    arm, given = hypothesis.of_arm(logs.structure.arm), logs.observing
     structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
     recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
     spoilt = tuple(how.read_mask(each) for how, each in zip(hypothesis.logs, logs.spoilt, strict=True))
-    motions = tuple(
-        motion  # already observed
-        if log is before and structure is logs.structure
-        else ObservedMotion(observe(log, structure, by_clock(logs.observing, how.clock), left), motion.payload)
-        for how, log, before, left, motion in zip(
-            hypothesis.logs, recordings, logs.recordings, spoilt, logs.problem.motions, strict=True
-        )
-    )
-    return Logs(recordings, Problem(structure, motions, logs.problem.options), logs.observing, spoilt)
+    motions = list(logs.problem.motions)
+    for k, (log, how) in enumerate(zip(recordings, hypothesis.logs, strict=True)):
+        if log is not logs.recordings[k] or structure is not logs.structure:
+            observing = replace(  # filters that combine the same samples whatever the clock
+                given, cutoff_hz=given.cutoff_hz / how.clock, current_delay=given.current_delay * how.clock,
+                decimation_cutoff_hz=given.decimation_cutoff_hz / how.clock,
+                rows_per_second=given.rows_per_second / how.clock,
+            )  # fmt: skip
+            motions[k] = ObservedMotion(observe(log, structure, observing, spoilt[k]), motions[k].payload)
+    return Logs(recordings, Problem(structure, tuple(motions), logs.problem.options), given, spoilt)
 
 
 def scored_as(score: Score, hypothesis: Hypothesis) -> Score:

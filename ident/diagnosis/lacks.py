@@ -15,10 +15,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import between, consequence, diagnosis_of, severity_of
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
-from ident.diagnosis.evidence import (
-    log_density_improvement,
-    z_of,
-)
+from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.models import FreeModel
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
@@ -49,9 +46,8 @@ def lacks_of(
     Fits of each joint alone (`free`) that predict significantly better show that something is lacking. Elastic joints
     may imitate faults: `stiff` is the solution with rigid ones. None skips either.
     """
-    of_payload = base.payload_errors
-    believed = [each for each in of_payload if each.prior_std is not None]
-    open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
+    believed = [each for each in base.payload_errors if each.prior_std is not None]
+    open_ones = [*small, *(each for each in base.payload_errors if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
         yield of_lack(lack, names, reestimate)
@@ -103,11 +99,9 @@ def imitated(
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
-        first_order = [lack.model.each_added([each])[0] for each in choices if each.family == ELASTICITY]
-        elastic = [
-            log_density_improvement(lack.model.by_joint, base.by_joint),
-            *(each.u for each in first_order if each is not None),
-        ]
+        first_order = lack.model.each_added([each for each in choices if each.family == ELASTICITY])
+        elastic = [log_density_improvement(lack.model.by_joint, base.by_joint)]
+        elastic += [each.u for each in first_order if each is not None]
         if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.alternative.at_fault:
             return
         yield lack
@@ -136,17 +130,13 @@ def _of_payload(
     other, u = found
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
-    effects = tuple(between(base.estimate, other))
+    logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
+    found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
     if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), free):
-        # its size is correct to first order
-        diagnosis = of_lack(first, names, reestimate)
-    else:
-        logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
-        diagnosis = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
-    effects = effects or diagnosis.effects
-    return replace(
-        diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
-    )
+        found = of_lack(first, names, reestimate)  # its size is correct to first order
+    effects = tuple(between(base.estimate, other)) or found.effects
+    sentence = f"{found.cause}{consequence(effects)}"
+    return replace(found, severity=severity_of(effects), sentence=sentence, effects=effects)
 
 
 def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEstimate, Array] | None:
@@ -154,11 +144,11 @@ def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEs
     masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
     motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
     opened = replace(base.problem, motions=tuple(motions))
-    try:
-        other = reestimate(opened) if masses else None
-    except IdentificationError:
-        other = None
-    return None if other is None else (other, log_density_improvement(base.by_joint, stated(opened, other).by_joint))
+    with suppress(IdentificationError):
+        if masses:
+            other = reestimate(opened)
+            return other, log_density_improvement(base.by_joint, stated(opened, other).by_joint)
+    return None
 
 
 def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:

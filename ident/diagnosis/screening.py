@@ -91,6 +91,8 @@ class Screened:
 
 def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """Return the improvements by alternatives on subsampled states, the best first."""
+    if not alternatives:
+        return []
     at, hypotheses = looked_at(logs), [logs.given, *(each.hypothesis for each in alternatives)]
     *_, (left, freedom) = unexplained(logs, hypotheses, at, least=-SURELY_WORSE - MARGIN)
     found = map(Screened, alternatives, improvements(left, freedom, at)[1:].tolist())

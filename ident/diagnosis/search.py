@@ -162,11 +162,9 @@ Fault: TypeAlias = Significant[Survey, Exact | FirstOrder]
 
 def survey(logs: Logs) -> Survey:
     """Compare logs with all alternatives."""
-    fit = reference(logs.problem)
-    small_ones = tuple(directions(fit, logs))
-    small = smalls(logs, small_ones)
+    found = tuple(directions(fit := reference(logs.problem), logs))
     gross = screened(logs, [each for family in FAMILIES for each in family.alternatives(logs)])
-    return Survey(logs, fit, small_ones, small, tuple(gross))
+    return Survey(logs, fit, found, smalls(logs, found), tuple(gross))
 
 
 def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES) -> list[Alternative]:
@@ -229,10 +227,8 @@ def faults(
         tells = seen.logs.problem is original  # the estimate has the rows of the logs as they are
         full = _in_full(seen, harmless if tells else lambda _: False)
         found = [each for each in (*full, *terms) if each.z > SHOWN]
-        if not found:
-            return []
-        rest = screened(seen.logs, [each for family in FAMILIES for each in family.laborious(seen.logs)])
-        likely = [each.alternative for each in rest if each.gain > WORTH][:LOOKED_AT]
+        rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found else []
+        likely = [each.alternative for each in screened(seen.logs, rest) if each.gain > WORTH][:LOOKED_AT]
         exact = (compared(seen.logs, each) for each in likely)
         return found + [each for each in exact if each is not None and each.z > SHOWN]
 

@@ -78,11 +78,8 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     if motor == joint:
         words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
     advice = f"measure it, and state {_stated(A, 4)} in robot.toml"
-    return replace(
-        _turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice),
-        family="ratio", value=100.0 * share, unit="%",
-        refined=lambda more: shared(logs, motor, joint, share + float(more[0])),
-    )  # fmt: skip
+    found = replace(_turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio")
+    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + float(more[0])))
 
 
 def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:
@@ -136,7 +133,7 @@ def tilted(logs: Logs, turn: Array) -> Alternative:
     rotated = c * gravity + s * np.cross(axis, gravity) + (1.0 - c) * float(axis @ gravity) * axis
     degrees, about = float(np.rad2deg(angle)), ", ".join(f"{x:.2g}" for x in axis + 0.0)
     found = _standing(logs, rotated, f"the base is tilted by {degrees:.2g} degrees about ({about})")
-    return replace(found, value=degrees, unit="degrees", refined=lambda more: tilted(logs, turn + more))
+    return found.of_size(degrees, "degrees", lambda more: tilted(logs, turn + more))
 
 
 def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:

@@ -313,9 +313,8 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
 def geared(logs: Logs, joint: int, ratio: float) -> Alternative:
     """Return positions of a joint on the motor side of a gear."""
     found = in_unit(logs, logs.every, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-    return replace(
-        found, value=ratio, refined=lambda more: geared(logs, joint, ratio * (1.0 + float(more[0]))), searched=True
-    )
+    found = found.of_size(ratio, None, lambda more: geared(logs, joint, ratio * (1.0 + float(more[0]))))
+    return replace(found, searched=True)
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

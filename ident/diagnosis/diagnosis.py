@@ -105,15 +105,10 @@ def finding(
 ) -> Diagnosis:
     """Return a diagnosis of one log, None for all; without a severity it is weak if it has advice, otherwise good."""
     return Diagnosis(
-        name=name,
-        severity=severity or (Severity.WEAK if advice else Severity.GOOD),
-        sentence=sentence,
-        advice=advice,
-        joints=tuple(joints),
-        logs=() if log is None else (log,),
-        value=None if value is None else float(value),
+        name=name, severity=severity or (Severity.WEAK if advice else Severity.GOOD), sentence=sentence, advice=advice,
+        joints=tuple(joints), logs=() if log is None else (log,), value=None if value is None else float(value),
         unit=unit,
-    )
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -52,11 +52,9 @@ MUCH = 2.0
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
     """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
-    autocorrelated = autocorrelation(estimate)
-    found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
-    if causes.severity is Severity.WRONG:
-        found = [each for each in found if each.severity is Severity.WRONG]
-    return Diagnosed(diagnoses=tuple(found))
+    found = [each for each in (*gain_diagnoses(estimate), autocorrelation(estimate)) if each is not None]
+    refuses = causes.severity is Severity.WRONG
+    return Diagnosed(diagnoses=tuple(each for each in found if not refuses or each.severity is Severity.WRONG))
 
 
 def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
@@ -102,19 +100,17 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     if not estimate.identified:
         return None
     plain, aware = np.diag(classical(solution.rows, solution.influence)), estimate.covariance
-    unaware = estimate.options.uncertainty == "classical"  # for white residuals
-    if unaware:
+    verb, advice = "is", "the interval already accounts for it; a longer motion narrows it"
+    if estimate.options.uncertainty == "classical":  # for white residuals
+        verb, advice = "would be", "the interval does not account for it; omit --uncertainty"
         aware = max_of_classical_and_jackknife(solution.rows, solution.influence)
     ratio = np.sqrt(np.divide(np.diag(aware), plain, out=np.ones(len(plain)), where=plain > 0.0))
     worst = max(estimate.identified, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])
-    advice = "the interval already accounts for it; a longer motion narrows it"
-    if unaware:
-        advice = "the interval does not account for it; omit --uncertainty"
     return finding(
         None, "autocorrelation",
         f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag_one(solution.rows, worst):z.2f}); the standard "
-        f"deviation that accounts for it {'would be' if unaware else 'is'} {size:.2g} times that of white residuals",
+        f"deviation that accounts for it {verb} {size:.2g} times that of white residuals",
         advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 
@@ -159,12 +155,10 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
         return found
     masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
     return replace(
-        found,
-        severity=Severity.WRONG,
+        found, severity=Severity.WRONG, joints=tuple(range(problem.structure.arm.n)),
         sentence=f"payload mass {' and '.join(masses)}: {found.sentence}; the unit of either is wrong",
         advice="state the payload's mass in kg; if the model's masses are placeholders, give all links the same",
-        joints=tuple(range(problem.structure.arm.n)),
-    )
+    )  # fmt: skip
 
 
 def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
@@ -213,7 +207,6 @@ def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], 
 
 
 NOISY = "the positions are too noisy or too coarse for these filters"
-LESS_NOISE = "lower --cutoff-hz to what the motion needs, use --method iv, or log at a higher rate"
 
 
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
@@ -232,9 +225,11 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
             moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
             effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
     if severity_of(effects) is Severity.WRONG:  # less may be chance, or the other model
-        sentence = f"{NOISY}{consequence(effects)}"
-        found = finding(None, "encoder noise", sentence, LESS_NOISE, severity=Severity.WRONG)
-        yield replace(found, cause=NOISY, effects=tuple(effects))
+        yield Diagnosis(
+            name="encoder noise", severity=Severity.WRONG, sentence=f"{NOISY}{consequence(effects)}", cause=NOISY,
+            advice="lower --cutoff-hz to what the motion needs, use --method iv, or log at a higher rate",
+            effects=tuple(effects),
+        )  # fmt: skip
 
 
 def noise_in_load(motion: ObservedMotion) -> Array:
@@ -243,12 +238,10 @@ def noise_in_load(motion: ObservedMotion) -> Array:
     structure, behind = observation.structure, observation.full_rate
     if motion.payload is None or behind is None:
         return np.zeros(structure.arm.n)
-    part = motion.payload.known_part()
-    known = part.chi * part.mask
-    chi = np.zeros(structure.base.regrouping.shape[1])
+    part, log = motion.payload.known_part(), behind.recording
+    known, chi = part.chi * part.mask, np.zeros(structure.base.regrouping.shape[1])
     chi[structure.payload_columns] = known
     squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
-    log = behind.recording
     unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
     noise = squared @ (behind.noise / (2.0 * log.period) * unit**2)
     load = np.array([np.var(each.W_L @ known) for each in observation.joints])

@@ -214,6 +214,10 @@ class Alternative:
         assert self.refined is not None, "small"
         return self.refined(value)
 
+    def of_size(self, value: float, unit: str | None, refined: "Callable[[Array], Alternative]") -> "Alternative":
+        """The same with a size, and the function that changes it."""
+        return replace(self, value=value, unit=unit, refined=refined)
+
     def described(self, value: Array, names: Sequence[str]) -> "Alternative":
         """The same, with the logs of a term named in its description; names are those of all logs."""
         found = self.at(value)
@@ -275,7 +279,7 @@ def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
     ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)
     changed = np.abs(how.q_factor) != 1.0
-    return all(_reached(arm, j, low[j], high[j]) and high[j] - low[j] >= STILL for j in np.flatnonzero(changed))
+    return all(_reached(arm, j, low[j], high[j]) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
 
 
 @once_per_object

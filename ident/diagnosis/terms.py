@@ -148,8 +148,10 @@ def _term(
         term=True, at_fault=family in (OFFSET, OFFSET_DRIFT),
     )  # fmt: skip
     if isinstance(columns, np.ndarray):
-        columns = [columns if j in joints else None for j in range(logs.structure.arm.n)]
-    return small(lambda value: replace(found, value=_single(value, scale)), columns, scale=scale)
+        own = [columns if j in joints else None for j in range(logs.structure.arm.n)]
+    else:
+        own = columns
+    return small(lambda value: replace(found, value=_single(value, scale)), own, scale=scale)
 
 
 def _single(value: Array, scale: float) -> float | None:

@@ -161,12 +161,8 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     long = sure[(share[sure] > 1.0) & ~np.isin(sure - 1, still)]  # after repeats
     lost = (share[long] - 1.0) * periods[long]
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
-    return TimestampAnomalies(
-        long=long,
-        lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
-        still=still,
-        shown=float(np.mean(np.sqrt(size) > SURE)),
-    )
+    lost = np.where(plain, np.rint(lost), 0).astype(np.intp)
+    return TimestampAnomalies(long=long, lost=lost, still=still, shown=float(np.mean(np.sqrt(size) > SURE)))
 
 
 def speed_beside(rate: Array) -> Array:

@@ -26,7 +26,6 @@ from ident.diagnosis.evidence import (
     each_added,
     fits_of,
     held_out,
-    held_out_beside,
     numbered_blocks,
 )
 from ident.diagnosis.hypothesis import Alternative
@@ -106,7 +105,8 @@ class HeldOutEstimate:
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         new = left @ turn
         residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
-        return replace(self, fits=fits_of([held_out_beside(held, new, residual)]))
+        fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
+        return replace(self, fits=fits_of([held_out(fit)]))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None

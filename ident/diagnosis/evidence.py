@@ -106,13 +106,7 @@ class HeldOut:
         """The same for padded columns, both of shape (blocks, m, k)."""
         if self.matrix is None:
             return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
-        return self._inverse @ x if x.shape[2] > 1 else np.asarray(np.linalg.solve(self.matrix, x), np.float64)
-
-    @cached_property
-    def _inverse(self) -> Array:
-        """Inverse of `matrix`, for many columns; it takes three times as long as one solution."""
-        assert self.matrix is not None, "asked of short blocks"
-        return readonly(np.linalg.inv(self.matrix))
+        return np.asarray(np.linalg.solve(self.matrix, x), np.float64)
 
 
 def held_out(fit: FreeFit) -> HeldOut:
@@ -136,15 +130,6 @@ def held_out(fit: FreeFit) -> HeldOut:
         L = np.linalg.cholesky(np.eye(p) - Q.swapaxes(1, 2) @ Q)
         return HeldOut(fit, place, None, readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2)), width)
     return HeldOut(fit, place, readonly(np.eye(width) - Q @ Q.swapaxes(1, 2)), Q[..., :0], width)
-
-
-def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
-    """The same with further columns of Q, shape (r, m), and the residuals with them, shape (r,)."""
-    fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
-    if held.matrix is None:
-        return held_out(fit)
-    N = held.padded(new)
-    return replace(held, fit=fit, matrix=readonly(held.matrix - N @ N.swapaxes(1, 2)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -312,8 +297,9 @@ def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> lis
         square[which] += np.einsum("rkm,rkm->km", c, c) / unit
         products[which, :, :m] += own @ rest.transpose(1, 0, 2) / unit
         products[which, :, m:] += (columns.T @ e).reshape(*sets, 1) / unit
-        left[which] += _by_block(padded, padded) / unit
-        crossed[which] += _by_block(padded, held) / unit
+        turned = padded.transpose(0, 2, 3, 1)  # (blocks, K, m, rows)
+        left[which] += np.moveaxis(turned @ padded.transpose(0, 2, 1, 3), 0, 1) / unit
+        crossed[which] += np.moveaxis(turned @ held.transpose(0, 2, 1, 3), 0, 1) / unit
         residual[which] += np.moveaxis(with_e.reshape(blocks, *sets, 2), 0, 1) / unit
         felt.append((j, which, held, held_residual))
     values, axes = _principal(square, products[..., :m])  # without priors of left' left
@@ -329,18 +315,11 @@ def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> lis
     more[known] = (wide[known] @ t) - far[known]
     squares = np.broadcast_to(fits.score.squares, (K, *fits.score.squares.shape)).copy()
     for j, which, held, held_residual in felt:
-        off = held_residual + _combined(held, more[which])
-        squares[which, j] = np.einsum("brk,brk->bk", off, off).T
+        off = held_residual + np.einsum("brki,kbi->brk", held, more[which, ..., 0])
+        squares[which, j] = np.einsum("brk,brk->kb", off, off)
     u = log_density_improvement(fits.score, replace(fits.score, squares=squares))
     covariance = spread @ (np.eye(m) + scores.swapaxes(1, 2) @ scores) @ spread.swapaxes(1, 2)
     return [Evidence(u[k], value[k, :, 0], covariance[k]) if known[k] else None for k in range(K)]
-
-
-def _by_block(x: Array, y: Array) -> Array:
-    """Products of columns of each set by block, both (blocks, rows, K, m), shape (K, blocks, m, m)."""
-    if x.shape[-1] == 1:
-        return np.einsum("brk,brk->bk", x[..., 0], y[..., 0]).T[..., None, None]
-    return np.moveaxis(x.transpose(0, 2, 3, 1) @ y.transpose(0, 2, 1, 3), 0, 1)
 
 
 def _principal(square: Array, left: Array) -> tuple[Array, Array]:
@@ -348,10 +327,3 @@ def _principal(square: Array, left: Array) -> tuple[Array, Array]:
     unit = np.sqrt(np.where(square > 0.0, square, 1.0))
     values, axes = np.linalg.eigh(left / (unit[:, :, None] * unit[:, None, :]))
     return np.asarray(values, np.float64), np.asarray(axes / unit[:, :, None], np.float64)
-
-
-def _combined(held: Array, coefficients: Array) -> Array:
-    """Columns of every set (blocks, rows, K, m) times coefficients of every block (K, blocks, m, 1), summed over m."""
-    if held.shape[-1] == 1:
-        return held[..., 0] * coefficients[:, :, 0, 0].T[:, None]
-    return (held.swapaxes(1, 2) @ np.moveaxis(coefficients, 0, 1))[..., 0].swapaxes(1, 2)  # (blocks, rows, K)

@@ -252,8 +252,8 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
     if held is None:
         return np.zeros(len(SCALES))
     own = (logs.model.rows[joint].motion == k).astype(np.float64)
-    V, share = held.fit.V, float(own.mean())
-    other, mine = held.fit.without(V * (1.0 - own)), held.fit.without(V * own)
+    V, share = held.V, float(own.mean())
+    other, mine = held.without(V * (1.0 - own)), held.without(V * own)
     a, b = other * (1.0 - own), mine * (1.0 - own)  # rows of the other logs: a + b / s
     c, d = other * own, mine * own  # rows of log k: s c + d in its own unit
     losses = np.zeros(len(SCALES))
@@ -262,7 +262,7 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
         (share, V * own, SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d),
     ):
         losses += weight * np.log(np.maximum(squares, max(1e-20 * float(rows @ rows), 1e-300)))  # rounding errors
-    return 0.5 * held.fit.freedom * losses
+    return 0.5 * held.freedom * losses
 
 
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}

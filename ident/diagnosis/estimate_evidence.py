@@ -21,11 +21,9 @@ from ident.diagnosis.evidence import (
     Evidence,
     Fits,
     FreeFit,
-    HeldOut,
     Score,
     each_added,
     fits_of,
-    held_out,
     numbered_blocks,
 )
 from ident.diagnosis.hypothesis import Alternative
@@ -51,7 +49,7 @@ class HeldOutEstimate:
     fits: Fits  # the solution's rows as one part, in units of each joint's residual
 
     @property
-    def _held(self) -> HeldOut:
+    def _held(self) -> FreeFit:
         """The part with all its rows."""
         (held,) = self.fits.parts
         assert held is not None, "an estimate has more rows than unknowns"
@@ -61,11 +59,11 @@ class HeldOutEstimate:
     def by_joint(self) -> Score:
         """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
         held = self._held
-        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
-        left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
+        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.blocks
+        left = held.predicted(held.residual[:, None]).reshape(-1)[held.place] / rows.weight
         squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
-        np.add.at(squares, (rows.joint, held.fit.block), left**2)
-        np.add.at(counts, (rows.joint, held.fit.block), 1.0)
+        np.add.at(squares, (rows.joint, held.block), left**2)
+        np.add.at(counts, (rows.joint, held.block), 1.0)
         return Score(squares, counts)
 
     @cached_property
@@ -100,13 +98,13 @@ class HeldOutEstimate:
         """The same estimate with the direction added to its model."""
         held = self._held
         columns = column_space(self.weighted(direction))
-        left = held.fit.without(columns)
+        left = held.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         new = left @ turn
-        residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
-        fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
-        return replace(self, fits=fits_of([held_out(fit)]))
+        residual = held.residual - new @ (turn.T @ (columns.T @ held.residual))
+        fit = replace(held, residual=residual, Q=np.column_stack((held.Q, new)))
+        return replace(self, fits=fits_of([fit]))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
@@ -133,7 +131,7 @@ class HeldOutEstimate:
         """Ratio of this model's residual to the estimate's, of a joint, from 0."""
         held = self._held
         rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
-        left = held.fit.residual[own] / self.solution.rows.weight[own]
+        left = held.residual[own] / self.solution.rows.weight[own]
         before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
         return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
 
@@ -148,7 +146,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
         V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
         blocks=BLOCKS * len(lengths), runs=tuple(rows.runs()),
     )  # fmt: skip
-    return HeldOutEstimate(problem, estimate, solution, fits_of([held_out(fit)]))
+    return HeldOutEstimate(problem, estimate, solution, fits_of([fit]))
 
 
 def by_least_squares(estimate: GainEstimate) -> bool:

@@ -69,6 +69,54 @@ class FreeFit:
         parts = ((rows, np.flatnonzero(self.Q[rows].any(axis=0))) for rows in self.runs)
         return [(rows, np.ascontiguousarray(self.Q[rows, felt]), felt) for rows, felt in parts]
 
+    @cached_property
+    def width(self) -> int:
+        """Number of rows of the longest block, m."""
+        return max(1, int(np.bincount(self.block).max(initial=0)))
+
+    @cached_property
+    def place(self) -> Indices:
+        """Index of each row among blocks that are padded to the longest; rows of a block are contiguous, shape (r,)."""
+        order, counts = np.argsort(self.block, kind="stable"), np.bincount(self.block, minlength=self.blocks)
+        place, block = np.empty_like(order), self.block[order]
+        place[order] = block * self.width + np.arange(len(order)) - (np.cumsum(counts) - counts)[block]
+        return place
+
+    def padded(self, x: Array) -> Array:
+        """Rows (r, k) by block, shape (blocks, m, k)."""
+        out = np.zeros((self.blocks * self.width, x.shape[1]))
+        out[self.place] = x
+        return out.reshape(self.blocks, self.width, -1)
+
+    def predicted(self, left: Array) -> Array:
+        """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
+        return self.by_block(self.padded(left))
+
+    def by_block(self, x: Array) -> Array:
+        """The same for padded columns, both of shape (blocks, m, k)."""
+        if self._long:
+            return x + self._others @ (self._others.swapaxes(1, 2) @ x)
+        return np.asarray(np.linalg.solve(self._others, x), np.float64)
+
+    @property
+    def _long(self) -> bool:
+        return self.width > 2 * self.Q.shape[1]
+
+    @cached_property
+    def _others(self) -> Array:
+        """`I - Q_b Q_b'` of every block, shape (blocks, m, m); of long blocks K, shape (blocks, m, p).
+
+        Blocks with more than twice as many rows as columns are predicted with matrices of the columns' size, in time
+        proportional to the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
+
+            (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
+        """
+        Q = self.padded(self.Q)
+        if not self._long:
+            return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
+        L = np.linalg.cholesky(np.eye(Q.shape[2]) - Q.swapaxes(1, 2) @ Q)
+        return readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2))
+
 
 def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
     """Fit a joint's currents V, shape (r,), by columns W, shape (r, p), with the time block of each row, shape (r,)."""
@@ -79,57 +127,6 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
     L = linalg.cholesky(gram, lower=True, check_finite=False)
     Q = linalg.solve_triangular(L, unit.T, lower=True, check_finite=False).T
     return FreeFit(V=V, residual=V - Q @ (Q.T @ V), Q=Q, block=block, blocks=blocks)
-
-
-@dataclass(frozen=True, eq=False)
-class HeldOut:
-    """A joint's fit, prepared to predict each block from the others."""
-
-    fit: FreeFit  # the fit
-    place: Indices  # index of each row among padded blocks, shape (r,)
-    # I - Q_b Q_b' of every block, padded by the identity, shape (blocks, m, m); None for long blocks:
-    matrix: Array | None
-    factor: Array  # K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks
-    width: int  # number of rows of a padded block, m
-
-    def padded(self, x: Array) -> Array:
-        """Rows (r, k) by block, shape (blocks, m, k)."""
-        out = np.zeros((self.fit.blocks * self.width, x.shape[1]))
-        out[self.place] = x
-        return out.reshape(self.fit.blocks, self.width, -1)
-
-    def predicted(self, left: Array) -> Array:
-        """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
-        return self.by_block(self.padded(left))
-
-    def by_block(self, x: Array) -> Array:
-        """The same for padded columns, both of shape (blocks, m, k)."""
-        if self.matrix is None:
-            return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
-        return np.asarray(np.linalg.solve(self.matrix, x), np.float64)
-
-
-def held_out(fit: FreeFit) -> HeldOut:
-    """Prepare the held-out predictions of a fit; the rows of a block must be contiguous.
-
-    Blocks with more than twice as many rows as columns are predicted with matrices of the columns' size, in time
-    proportional to the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
-
-        (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
-    """
-    counts = np.bincount(fit.block, minlength=fit.blocks)
-    width, p = max(1, int(counts.max(initial=0))), fit.Q.shape[1]
-    first = np.concatenate(([0], np.cumsum(counts)[:-1]))
-    order = np.argsort(fit.block, kind="stable")
-    place = np.empty(len(fit.V), dtype=np.intp)
-    place[order] = fit.block[order] * width + (np.arange(len(order)) - first[fit.block[order]])
-    Q = np.zeros((fit.blocks * width, p))
-    Q[place] = fit.Q
-    Q = Q.reshape(fit.blocks, width, -1)
-    if width > 2 * p:
-        L = np.linalg.cholesky(np.eye(p) - Q.swapaxes(1, 2) @ Q)
-        return HeldOut(fit, place, None, readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2)), width)
-    return HeldOut(fit, place, readonly(np.eye(width) - Q @ Q.swapaxes(1, 2)), Q[..., :0], width)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,7 +192,7 @@ class Fits:
     """Fits with common time blocks, prepared for held-out predictions."""
 
     # one per joint, or one of all joints together; None where there are fewer rows than unknowns:
-    parts: tuple[HeldOut | None, ...]
+    parts: tuple[FreeFit | None, ...]
     score: Score  # accuracy of each part's predictions
 
     @property
@@ -204,14 +201,14 @@ class Fits:
         return np.sqrt(self.score.variance)
 
 
-def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
+def fits_of(parts: Sequence[FreeFit | None]) -> Fits:
     """Return fits with their score."""
-    blocks = max((each.fit.blocks for each in parts if each is not None), default=0)
+    blocks = max((each.blocks for each in parts if each is not None), default=0)
     squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
     for k, each in enumerate(parts):
         if each is not None:
-            squares[k] = np.sum(each.predicted(each.fit.residual[:, None]) ** 2, axis=(1, 2))
-            rows[k] = np.bincount(each.fit.block, minlength=blocks)
+            squares[k] = np.sum(each.predicted(each.residual[:, None]) ** 2, axis=(1, 2))
+            rows[k] = np.bincount(each.block, minlength=blocks)
     return Fits(tuple(parts), Score(squares, rows))
 
 
@@ -237,7 +234,7 @@ def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]], worth: flo
     column space of the model, and below an improvement `worth` of the log-likelihood, as predictions take most time.
     """
     found: list[Evidence | None] = [None] * len(choices)
-    rows = max((len(part.fit.V) for part in fits.parts if part is not None), default=1)
+    rows = max((len(part.V) for part in fits.parts if part is not None), default=1)
     widths = [next((each.shape[1] for each in columns if each is not None), 0) for columns in choices]
     for width in dict.fromkeys(filter(None, widths)):  # sets with equal numbers of columns, of at most this size
         own, count = [k for k, each in enumerate(widths) if each == width], max(1, TOGETHER // (rows * width))
@@ -259,16 +256,16 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
     for j, part, which, columns in stacked(fits, choices):
         if np.isfinite(unit := least[j]):
             c = columns.reshape(len(columns), len(which), m).transpose(1, 2, 0)
-            inside = part.fit.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
+            inside = part.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
             square[which] += np.einsum("kmr,kmr->km", c, c) / unit
             left[which] += (c @ c.swapaxes(1, 2) - inside @ inside.swapaxes(1, 2)) / unit
-            along[which] += c @ part.fit.residual[:, None] / unit
+            along[which] += c @ part.residual[:, None] / unit
     values, axes = _principal(square, left)
     turned = axes.swapaxes(1, 2) @ along
     return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
 
 
-def stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[int, HeldOut, Indices, Array]]:
+def stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[int, FreeFit, Indices, Array]]:
     """Each part of the fits, with the indices of the sets that are not zero on it, shape (K,), and their columns."""
     for j, part in enumerate(fits.parts):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
@@ -287,8 +284,8 @@ def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> lis
     for j, part, which, columns in stacked(fits, choices):
         if fits.sigma[j] <= 0.0:
             continue
-        sets, unit, e = (len(which), m), fits.sigma[j] ** 2, part.fit.residual[:, None]
-        rest = part.fit.without(columns)
+        sets, unit, e = (len(which), m), fits.sigma[j] ** 2, part.residual[:, None]
+        rest = part.without(columns)
         padded, of_residual = part.padded(rest), part.padded(e)
         held, held_residual = np.split(part.by_block(np.concatenate((padded, of_residual), axis=2)), [-1], axis=2)
         with_e = padded.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)

@@ -53,7 +53,7 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
         return []
     cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part, which, columns in stacked(fits, [each.columns for each in directions]):
-        held, residual = part.predicted(part.fit.without(columns)), part.predicted(part.fit.residual[:, None])
+        held, residual = part.predicted(part.without(columns)), part.predicted(part.residual[:, None])
         cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
         square[which, j] = np.einsum("brk,brk->bk", held, held).T
     felt = np.asarray(square.any(axis=2))[:, None, :, None]  # (directions, 1, parts, 1): others do not change

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.evidence import BLOCKS, Fits, HeldOut, fits_of, free_fit, held_out, numbered_blocks
+from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit, numbered_blocks
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import OWN, Columns, joint_rows
@@ -47,7 +47,7 @@ class FreeModel:
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
     """Fit every joint of a problem freely, with further columns of each joint, n arrays of shape (r_j, m), if any."""
     n, lengths = problem.structure.arm.n, row_counts(problem)
-    rows, parts = tuple(joint_rows(problem, joint) for joint in range(n)), list[HeldOut | None]()
+    rows, parts = tuple(joint_rows(problem, joint) for joint in range(n)), list[FreeFit | None]()
     for own, more in zip(rows, further or (None,) * n, strict=True):
         W = free_columns(problem, own)
         W = W if more is None else np.column_stack((W, more))
@@ -58,7 +58,7 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
         if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
             W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
             fitted = free_fit(W, own.V, fitted.block, fitted.blocks)
-        parts.append(held_out(fitted))
+        parts.append(fitted)
     return FreeModel(problem, rows, fits_of(parts))
 
 

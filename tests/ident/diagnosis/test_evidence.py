@@ -16,7 +16,6 @@ from ident.diagnosis.evidence import (
     each_added,
     fits_of,
     free_fit,
-    held_out,
     numbered_blocks,
     z_of,
 )
@@ -52,7 +51,7 @@ class Made:
     @property
     def fits(self) -> Fits:
         parts = zip(self.W, self.V, self.block, strict=True)
-        return fits_of([held_out(free_fit(*each, 2 * BLOCKS)) if len(each[1]) > 3 else None for each in parts])
+        return fits_of([free_fit(*each, 2 * BLOCKS) if len(each[1]) > 3 else None for each in parts])
 
     def squares(self, columns: list[np.ndarray | None]) -> np.ndarray:
         """Sums of squares of joints 1 and 3 in each block, by a fit without it; columns share coefficients."""
@@ -108,7 +107,7 @@ def test_what_is_held_out_is_left_by_a_fit_that_has_not_seen_the_block(made):
 def test_a_joint_with_dependent_columns_is_predicted_as_without_them(made):
     W, V, block = made.W[0], made.V[0], made.block[0]
     doubled = np.column_stack((W, W[:, 0] - 3.0 * W[:, 2], np.zeros(len(V))))
-    plain, other = (fits_of([held_out(free_fit(each, V, block, 40))]).score.squares for each in (W, doubled))
+    plain, other = (fits_of([free_fit(each, V, block, 40)]).score.squares for each in (W, doubled))
     np.testing.assert_allclose(other, plain, rtol=1e-6)  # a prior of 1e-9 on each of unit columns
 
 
@@ -142,7 +141,7 @@ def test_a_deviation_grows_where_residuals_last_for_a_block():
     ratio = []
     for each in (one, other):
         found = added(each.fits, slow)
-        white = 1.0 / sum(np.sum(each.fits.parts[j].fit.without(slow[j] / each.sigma()[j]) ** 2) for j in (0, 2))
+        white = 1.0 / sum(np.sum(each.fits.parts[j].without(slow[j] / each.sigma()[j]) ** 2) for j in (0, 2))
         ratio.append(float(found.covariance[0, 0]) / white)
     assert ratio[1] > 2.0 * ratio[0]
 
@@ -153,7 +152,7 @@ def test_columns_that_the_model_knows_add_nothing(made):
         assert added(made.fits, columns) is None
 
     for unit in (1e-5, 1e5):  # of the currents
-        fits = fits_of([held_out(free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS))])
+        fits = fits_of([free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS)])
         assert added(fits, [known[0] + made.columns[0][:, :1]]) is not None
         assert added(fits, [known[0]]) is None
 

@@ -95,9 +95,9 @@ def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):
     at_some = np.arange(0, len(column_faults.SCALES), 13)
     expected = []
     for s in column_faults.SCALES[at_some]:
-        left = held.fit.without(np.where(own, held.fit.V / s, held.fit.V))
+        left = held.without(np.where(own, held.V / s, held.V))
         share, squares = own.mean(), [np.sum(left[~own] ** 2), s**2 * np.sum(left[own] ** 2)]
-        expected.append(0.5 * held.fit.freedom * (np.log(squares) @ [1.0 - share, share]))
+        expected.append(0.5 * held.freedom * (np.log(squares) @ [1.0 - share, share]))
     np.testing.assert_allclose(found[at_some], expected, rtol=1e-8)
 
 

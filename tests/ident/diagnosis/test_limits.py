@@ -63,7 +63,7 @@ def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_i
         squares = fits.score.squares.copy()
         for j, part in enumerate(fits.parts):
             if found.columns[j] is not None:
-                left = part.fit.residual[:, None] - size * part.fit.without(found.columns[j])
+                left = part.residual[:, None] - size * part.without(found.columns[j])
                 squares[j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
         return z_of(log_density_improvement(fits.score, replace(fits.score, squares=squares)))
 

@@ -71,7 +71,7 @@ def test_a_column_that_the_model_has_besides_is_explained(sound):
     extra = [rng.normal(size=(len(rows.V), 2)) for rows in sound.model.rows]
     model = free_model(sound.problem, (extra[0], None, extra[2]))
     for j, given in enumerate(extra):
-        left = np.linalg.norm(model.fits.parts[j].fit.without(given)) / np.linalg.norm(given)
+        left = np.linalg.norm(model.fits.parts[j].without(given)) / np.linalg.norm(given)
         assert (left < 1e-3) == (j != 1)
 
 

@@ -15,19 +15,9 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.effects import claimed
-from ident.diagnosis.evidence import (
-    BLOCKS,
-    UNSEEN,
-    Evidence,
-    Fits,
-    FreeFit,
-    Score,
-    each_added,
-    fits_of,
-    numbered_blocks,
-)
+from ident.diagnosis.evidence import BLOCKS, UNSEEN, Evidence, Fits, FreeFit, Score, each_added, fits_of
 from ident.diagnosis.hypothesis import Alternative
-from ident.diagnosis.models import row_counts
+from ident.diagnosis.models import numbered_blocks
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution
 from ident.estimation.problem import Problem
@@ -140,11 +130,9 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
     """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
     solution = estimate.solution if solution is None else solution
     rows = solution.rows
-    lengths = row_counts(problem)
-    block = numbered_blocks(rows.motion, rows.position, lengths)
     fit = FreeFit(
-        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
-        blocks=BLOCKS * len(lengths), runs=tuple(rows.runs()),
+        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, runs=tuple(rows.runs()),
+        block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
     )  # fmt: skip
     return HeldOutEstimate(problem, estimate, solution, fits_of([fit]))
 

@@ -178,15 +178,6 @@ def each_z(u: Array) -> Array:
     return np.divide(total, spread, out=np.zeros(total.shape), where=(count > 1) & (spread > 0.0))
 
 
-def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) -> Indices:
-    """Time block of each row, numbered through all logs, from its log and its number in this log, both of shape (r,).
-
-    Numbers and `lengths`, the rows of each log, include omitted rows.
-    """
-    whole = np.maximum(np.asarray(lengths), 1)[motion]
-    return motion * BLOCKS + np.minimum(position * BLOCKS // whole, BLOCKS - 1)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
     """Fits with common time blocks, prepared for held-out predictions."""

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit, numbered_blocks
+from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import OWN, Columns, joint_rows
@@ -46,7 +46,7 @@ class FreeModel:
 
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
     """Fit every joint of a problem freely, with further columns of each joint, n arrays of shape (r_j, m), if any."""
-    n, lengths = problem.structure.arm.n, row_counts(problem)
+    n, blocks = problem.structure.arm.n, BLOCKS * len(problem.motions)
     rows, parts = tuple(joint_rows(problem, joint) for joint in range(n)), list[FreeFit | None]()
     for own, more in zip(rows, further or (None,) * n, strict=True):
         W = free_columns(problem, own)
@@ -54,20 +54,22 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
         if len(own.V) <= W.shape[1]:
             parts.append(None)
             continue
-        fitted = free_fit(W, own.V, numbered_blocks(own.motion, own.position, lengths), BLOCKS * len(lengths))
+        fitted = free_fit(W, own.V, numbered_blocks(problem, own.motion, own.position), blocks)
         if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
             W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
-            fitted = free_fit(W, own.V, fitted.block, fitted.blocks)
+            fitted = free_fit(W, own.V, fitted.block, blocks)
         parts.append(fitted)
     return FreeModel(problem, rows, fits_of(parts))
 
 
-def row_counts(problem: Problem) -> list[int]:
-    """Number of rows of each log, including those that joints omit."""
-    return [
-        1 + max((int(each.position[-1]) for each in motion.observation.joints if len(each.position)), default=0)
-        for motion in problem.motions
-    ]
+def numbered_blocks(problem: Problem, motion: Indices, position: Indices) -> Indices:
+    """Time block of each row, numbered through all logs, from its log and its number in this log, both of shape (r,).
+
+    Numbers include the rows that joints omit.
+    """
+    joints = (each.observation.joints for each in problem.motions)
+    rows = [1 + max((int(own.position[-1]) for own in each if len(own.position)), default=0) for each in joints]
+    return motion * BLOCKS + np.minimum(position * BLOCKS // np.array(rows)[motion], BLOCKS - 1)
 
 
 def free_columns(problem: Problem, rows: Columns) -> Array:

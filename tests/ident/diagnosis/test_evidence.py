@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.diagnosis.evidence import (
-    BLOCKS,
-    Evidence,
-    Fits,
-    Score,
-    each_added,
-    fits_of,
-    free_fit,
-    numbered_blocks,
-    z_of,
-)
+from ident.diagnosis.evidence import BLOCKS, Evidence, Fits, Score, each_added, fits_of, free_fit, z_of
 from ident.diagnosis.evidence import log_density_improvement as improvement
 from ident.diagnosis.hypothesis import scored_as
+from ident.diagnosis.models import numbered_blocks
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
@@ -196,7 +187,10 @@ def test_blocks_are_twentieths_of_each_log_whatever_rows_are_left_out():
     position = np.array([0, 9, 10, 199, 0, 2, 39, 45])
     # 10 rows a block in a log of 200, 2 in one of 40; a row beyond the end is of the last block
     expected = [0, 0, 1, 19, 20, 21, 39, 39]
-    np.testing.assert_array_equal(numbered_blocks(motion, position, [200, 40]), expected)
+    rows = [[[12, 199], [], [150]], [[39], [7, 38], []]]  # numbers of the rows of the joints, by log
+    joints = ([SimpleNamespace(position=each) for each in log] for log in rows)
+    logs = [SimpleNamespace(observation=SimpleNamespace(joints=each)) for each in joints]
+    np.testing.assert_array_equal(numbered_blocks(SimpleNamespace(motions=logs), motion, position), expected)
 
 
 def score(rng: np.random.Generator, joints: int = 2) -> Score:

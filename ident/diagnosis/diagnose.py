@@ -79,7 +79,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         own = known.predicting(last) if len(of_logs) < MOST else None
         if own is not None:
             fit = reference(last.read.problem)
-            after = Survey(last.read, fit, tuple(directions(fit, last.read)), (), ())
+            after = Survey(last.read, fit, tuple(directions(fit, last.read)))
             further = [*_Known(own.estimate, own, known.reestimate).beyond_first_order(after)]
             diagnoses += [_of_fault(each, after, known) for each in further]
             if not further:

@@ -36,24 +36,22 @@ class HeldOutEstimate:
     problem: Problem  # motions and payloads
     estimate: GainEstimate  # the estimate from them
     solution: GainSolution  # its solution, or that of the same model with rigid joints
-    fits: Fits  # the solution's rows as one part, in units of each joint's residual
+    fit: FreeFit  # the solution's rows of all joints, in units of each joint's residual
 
-    @property
-    def _held(self) -> FreeFit:
-        """The part with all its rows."""
-        (held,) = self.fits.parts
-        assert held is not None, "an estimate has more rows than unknowns"
-        return held
+    @cached_property
+    def fits(self) -> Fits:
+        """The fit, prepared for comparisons."""
+        return fits_of([self.fit])
 
     @cached_property
     def by_joint(self) -> Score:
         """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
-        held = self._held
-        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.blocks
-        left = held.predicted(held.residual[:, None]).reshape(-1)[held.place] / rows.weight
+        fit, rows = self.fit, self.solution.rows
+        n, blocks = self.problem.structure.arm.n, fit.blocks
+        left = fit.predicted(fit.residual[:, None]).reshape(-1)[fit.place] / rows.weight
         squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
-        np.add.at(squares, (rows.joint, held.block), left**2)
-        np.add.at(counts, (rows.joint, held.block), 1.0)
+        np.add.at(squares, (rows.joint, fit.block), left**2)
+        np.add.at(counts, (rows.joint, fit.block), 1.0)
         return Score(squares, counts)
 
     @cached_property
@@ -86,15 +84,13 @@ class HeldOutEstimate:
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""
-        held = self._held
-        columns = column_space(self.weighted(direction))
-        left = held.without(columns)
+        fit, columns = self.fit, column_space(self.weighted(direction))
+        left = fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         new = left @ turn
-        residual = held.residual - new @ (turn.T @ (columns.T @ held.residual))
-        fit = replace(held, residual=residual, Q=np.column_stack((held.Q, new)))
-        return replace(self, fits=fits_of([fit]))
+        residual = fit.residual - new @ (turn.T @ (columns.T @ fit.residual))
+        return replace(self, fit=replace(fit, residual=residual, Q=np.column_stack((fit.Q, new))))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
@@ -119,9 +115,8 @@ class HeldOutEstimate:
 
     def left_of(self, joint: int) -> float:
         """Ratio of this model's residual to the estimate's, of a joint, from 0."""
-        held = self._held
         rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
-        left = held.residual[own] / self.solution.rows.weight[own]
+        left = self.fit.residual[own] / self.solution.rows.weight[own]
         before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
         return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
 
@@ -134,7 +129,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
         V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, runs=tuple(rows.runs()),
         block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
     )  # fmt: skip
-    return HeldOutEstimate(problem, estimate, solution, fits_of([fit]))
+    return HeldOutEstimate(problem, estimate, solution, fit)
 
 
 def by_least_squares(estimate: GainEstimate) -> bool:

@@ -150,8 +150,8 @@ class Survey:
     logs: Logs  # the logs
     fit: Reference | None  # the fit that directions are computed from, None if it failed
     directions: tuple[Alternative, ...]  # alternatives of all families
-    small: tuple[FirstOrder, ...]  # their improvements, the best first
-    gross: tuple[Screened, ...]  # large alternatives on subsampled states, the best first
+    small: tuple[FirstOrder, ...] = ()  # their improvements, the best first
+    gross: tuple[Screened, ...] = ()  # large alternatives on subsampled states, the best first
     # alternatives of these logs compared exactly so far, by their key; also with terms added to the model:
     exact: dict[object, Exact] = field(default_factory=dict[object, Exact])
 

@@ -99,7 +99,7 @@ def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_i
     found = direction([rng.normal(size=(60, 3)), None])
     beside = base.beside(found)
     rows = base.estimate.solution.rows
-    with_it = beside.fits.parts[0].residual / rows.weight
+    with_it = beside.fit.residual / rows.weight
     for j, (gain, each) in enumerate(zip(joints, base.effects(np.ones(120), beside), strict=True)):
         own = rows.joint == j
         left = min(1.0, np.linalg.norm(with_it[own]) / np.linalg.norm(rows.residual[own]))
@@ -125,7 +125,7 @@ def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, 
     np.testing.assert_allclose(found.u, expected, rtol=1e-7, atol=1e-9)
     # residual of all rows, with coefficients fitted to the residual of the model alone
     beside, with_them = made.beside(direction(columns)), linear.left(linear.every, more)
-    np.testing.assert_allclose(beside.fits.parts[0].residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(beside.fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
     np.testing.assert_allclose(beside.fits.score.squares[0], after, rtol=1e-7)
     again = beside.each_added([direction(columns)])[0]  # at most rounding, where a belief leaves something of it
     assert again is None or np.abs(again.value).max() < 1e-9

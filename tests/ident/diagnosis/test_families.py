@@ -205,14 +205,14 @@ def test_a_ratio_is_of_the_motors_that_are_stated(sound, found):
     stated = np.array([[-1.3, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.7, 0.4]])
     arm = with_transmission(sound.structure.arm, stated)
     turned = replace(sound, problem=replace(sound.problem, structure=replace(sound.structure, arm=arm)))
-    shares = families.shared(turned, 2, 1, 0.3).hypothesis.transmission  # motor 3 by 0.3 of what motor 2 turns
+    shares = arm_faults.shared(turned, 2, 1, 0.3).hypothesis.transmission  # motor 3 by 0.3 of what motor 2 turns
     np.testing.assert_allclose(shares, [*stated[:2], [0.0, 1.3, 0.4]], rtol=1e-12)
     own = next(each for each in found if each.key == ("ratio", (2, 1), (0, 1)))
     reach = max(np.abs(log.q[:, 1]).max() for log in sound.recordings)
-    assert own.largest * reach == pytest.approx(families.LARGEST_ANGLE)
+    assert own.largest * reach == pytest.approx(arm_faults.LARGEST_ANGLE)
     coupled = replace(sound.structure, arm=replace(sound.structure.arm, couplings=((1, 2),)))
     coupled = replace(sound, problem=replace(sound.problem, structure=coupled))
-    assert not [*families.small_ratios(reference(sound.problem), coupled)]
+    assert not [*arm_faults.small_ratios(reference(sound.problem), coupled)]
 
 
 def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):

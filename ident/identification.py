@@ -175,17 +175,11 @@ def estimate_by(method: str, options: object | None = None) -> Estimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Doubts:
-    """What is wrong with logs, and the gains that they give.
+    """What is wrong with logs, and the gains that they give."""
 
-    Attributes:
-        found: Diagnoses of the logs, and of the estimate if there is one.
-        estimate: The gains, also those that a fault invalidates; None without an estimate.
-        failed: Why the estimate failed, None if it did not.
-    """
-
-    found: Diagnosed
-    estimate: GainEstimate | None = None
-    failed: IdentificationError | None = None
+    found: Diagnosed  # diagnoses of the logs, and of the estimate if there is one
+    estimate: GainEstimate | None = None  # the gains, also those that a fault invalidates; None without an estimate
+    failed: IdentificationError | None = None  # why the estimate failed, None if it did not
 
 
 def doubts(
@@ -198,12 +192,9 @@ def doubts(
 ) -> Doubts:
     """Diagnose prepared logs: the same faults of the same logs, whatever the command, before gains are judged.
 
-    Args:
-        prepared: The logs.
-        estimate_of: Estimates the gains; None if no payload is known.
-        before: Diagnoses of the samples; those that were made when the logs were prepared if None.
-        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains.
-        needed: Whether an estimate without a load, or without any gain, fails.
+    `estimate_of` estimates the gains, None if no payload is known; `before` are diagnoses of the samples, None for
+    those of the preparation; `links` the standard parameters of the model's links, shape (n, 10), for a test of the
+    gains. With `needed`, an estimate without a load, or without any gain, fails.
     """
     estimate, failed = None, None
     if estimate_of is not None:
@@ -227,17 +218,12 @@ def doubts(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Checked:
-    """Result of a check.
+    """Result of a check."""
 
-    Attributes:
-        logs: Name of each log, and motion of each joint; no motion if the log cannot be filtered.
-        found: Diagnoses of the logs.
-        observing: Filters, with the compensated delay.
-    """
-
+    # name of each log, and motion of each joint; no motion if the log cannot be filtered:
     logs: tuple[tuple[str, tuple[JointMotion, ...]], ...]
-    found: Diagnosed
-    observing: ObserveOptions = OBSERVE_DEFAULTS
+    found: Diagnosed  # diagnoses of the logs
+    observing: ObserveOptions = OBSERVE_DEFAULTS  # filters, with the compensated delay
 
 
 @one_thread

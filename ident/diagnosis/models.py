@@ -19,7 +19,7 @@ from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import OWN, Columns, joint_rows
-from ident.estimation.setting import GivenGain, Setting, setting
+from ident.estimation.setting import Setting, setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
 from ident.model.arm import Arm
@@ -198,8 +198,7 @@ def reference(problem: Problem) -> Reference | None:
         return None
     unknown = _unknown(problem)
     try:
-        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(0, 1.0)])
-        ready = ready.with_gains([ready.braked()])
+        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=None)
         fitted = fit(ready, {}, None)
     except IdentificationError:
         return None

@@ -296,7 +296,7 @@ class Fit:
         """Standard deviation of each joint's residual (eq. 19) [drive units], shape (n,)."""
         return np.linalg.norm(self.residual, axis=(1, 2)) / np.sqrt(self.model.blocks.layout.counts - self.unknowns)
 
-    @cached_property
+    @property
     def log_h(self) -> "Sensitivity":
         """Of log|h|, n quantities."""
         n, k, f = len(self.h), len(self.z), len(self.model.names)
@@ -429,13 +429,6 @@ class Sensitivity:
         return (len(changes) - 1) / len(changes) * (apart.T @ apart)
 
 
-def fit_again(before: Fit, V: Array) -> Fit:
-    """Fit the same model with the same priors to other currents (r,), from the earlier solution."""
-    model = replace(before.model, blocks=before.model.blocks.with_currents(V))
-    model, found = search(model, before.h, before.mean, before.log_std)
-    return replace(before, model=model, h=found.h, z=found.z, cost=found.cost)
-
-
 def fit(ready: Setting, terms: Mapping[str, Term], before: Fit | None) -> Fit:
     """Fit the model with further friction terms, from an earlier fit if there is one; raises `NotIdentifiable`."""
     model = Model.of(ready, terms)
@@ -465,7 +458,7 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
 
     `model` is the relative change of each gain per standard deviation of each assumption beside its priors, (n, m).
     """
-    columns, rows, n, names = ready.columns, final.rows, ready.n, [name for name, _ in final.model.names]
+    columns, log_h, n, names = ready.columns, final.log_h, ready.n, [name for name, _ in final.model.names]
     F, joint = final.model.F, columns.joint
     size = np.zeros((n, 2, n, len(names)))  # of both kinds of friction together, and of Coulomb friction
     for j in range(n):
@@ -477,12 +470,12 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
     spread = [W_L @ each.spread for W_L, each in zip(columns.W_L, ready.shared.parts, strict=True)]
     stated = final.h[joint][:, None] * np.hstack([np.zeros((len(joint), 0)), *spread])
     return GainSolution(
-        rows=replace(rows, V=columns.V),
+        rows=replace(final.rows, V=columns.V),
         joints=np.arange(n),
         inverse=final.h,
-        influence=final.h[:, None] * final.log_h.influence,
-        payload=final.log_h.influence @ stated,
-        model=np.hstack((final.log_h.belief, model)),
+        influence=final.h[:, None] * log_h.influence,
+        payload=log_h.influence @ stated,
+        model=np.hstack((log_h.belief, model)),
         load_rms=np.array([rms(ready.k[columns.loaded & (joint == j)]) for j in range(n)]),
         friction=np.einsum("qjf,jf->q", weights, final.phi).reshape(n, 2),
         friction_influence=final.of_phi(weights).influence.reshape(n, 2, -1),

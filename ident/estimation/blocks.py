@@ -132,16 +132,12 @@ class Alone:
     def extended(self, columns: Array, norms: Array) -> "Alone":
         """Append columns without their own part, shape (n, B w, m), that had some norms, shape (n, m)."""
         unit = columns / np.where(norms > 0.0, norms, 1.0)[:, None]
-        unit = self.outside(unit) if self.basis.shape[2] else unit
+        unit = outside(self.basis, unit)[0] if self.basis.shape[2] else unit
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
         basis = np.concatenate((self.basis, new), axis=2)
         return Alone(basis, self.rank + rank, outside(new, self.left[..., None])[0][..., 0])
-
-    def outside(self, x: Array) -> Array:
-        """Part of columns (n, B w, m) outside the basis."""
-        return outside(self.basis, x)[0]
 
 
 def orthonormalising(gram: Array, tol: float) -> Array:
@@ -289,7 +285,7 @@ class Blocks:
             R=R,
             RR=RR,
             FR=np.concatenate((self.FR[..., :-1], flipped(self.own.Q) @ R[..., -1:]), axis=3),
-            alone=replace(self.alone, left=self.alone.outside(free)[..., 0]),
+            alone=replace(self.alone, left=outside(self.alone.basis, free)[0][..., 0]),
         )
 
 

@@ -235,7 +235,7 @@ def uncertain(rows: Rows, influence: Array, options: GainOptions) -> tuple[Array
     `influence` is the derivative of each quantity by each row's current, shape (k, r).
     """
     covariance = UNCERTAINTIES[options.uncertainty](rows, influence)
-    least = rows.least_std(influence, options.noise_floor)
+    least = np.linalg.norm(influence * (options.noise_floor * rows.of_joints(rows.rms_current)), axis=1)
     return covariance, np.maximum(np.sqrt(np.diag(covariance)), least)
 
 

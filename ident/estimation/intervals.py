@@ -60,10 +60,6 @@ class Rows:
             found[self.of(joint)] = number(joint)
         return found
 
-    def least_std(self, influence: Array, noise_floor: float) -> Array:
-        """Standard deviations (k,) from white residuals of a share of each joint's rms current, by influence (k, r)."""
-        return np.linalg.norm(influence * (noise_floor * self.of_joints(self.rms_current)), axis=1)
-
     def residual_share(self, joint: int) -> float:
         """Ratio of the norm of a joint's residual to that of its currents."""
         rows = self.of(joint)
@@ -144,14 +140,8 @@ def cross_validated(rows: Rows, blocks: int = TIME_BLOCKS) -> tuple[JointPredict
     error = np.zeros(len(rows.V))
     for block, fresh in left_out(rows, blocks):
         error[block] = fresh
-    return tuple(
-        JointPrediction(
-            joint=joint,
-            share=float(np.linalg.norm(error[rows.of(joint)]) / np.linalg.norm(rows.V[rows.of(joint)])),
-            fitted=rows.residual_share(joint),
-        )
-        for joint in rows.unknowns
-    )
+    sizes = {j: [float(np.linalg.norm(x[rows.of(j)])) for x in (error, rows.V)] for j in rows.unknowns}
+    return tuple(JointPrediction(j, x / V, rows.residual_share(j)) for j, (x, V) in sizes.items())
 
 
 def classical(rows: Rows, influence: Array) -> Array:

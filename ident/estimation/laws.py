@@ -181,10 +181,10 @@ def _unsure(
     final: Fit, columns: Mapping[str, Mapping[int, Array]], left: Coefficients, spread: Mapping[str, float]
 ) -> Array:
     """Return the relative change of each gain per standard deviation of neglected coefficients, shape (n, m)."""
-    S = np.zeros((len(final.h), len(left.places)))
+    influence, S = final.log_h.influence, np.zeros((len(final.h), len(left.places)))
     for k, place in enumerate(left.places):
         own = (final.ready.columns.joint == place.joint) | (place.joint < 0)
-        S[:, k] = final.log_h.influence[:, own] @ columns[place.law][place.number][own]
+        S[:, k] = influence[:, own] @ columns[place.law][place.number][own]
     D = np.diag(np.square([spread[each.law] for each in left.places]))
     K = np.linalg.solve(left.covariance + D, D).T
     m = K @ left.value

@@ -109,11 +109,6 @@ class SharedParameters:
             known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),
         )
 
-    @property
-    def count(self) -> int:
-        """Number of shared parameters, p."""
-        return len(self.arm) + sum(len(each) for each in self.free)
-
     def columns(self, rows: Columns) -> tuple[Array, Array]:
         """Their columns A, shape (r, p), and the torque k of the known payload parameters [N m], shape (r,)."""
         free = [W_L[:, each] for W_L, each in zip(rows.W_L, self.free, strict=True)]

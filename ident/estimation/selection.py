@@ -60,7 +60,7 @@ LEAST_STD, BEGIN, MOST_STD = 1e-3, 1e-2, 1.0
 MEANS = (0.0, 1.0)
 """Smallest and largest mean of all joints."""
 SETTLED = 1e-13
-"""Tolerance of the logarithm of the standard deviation."""
+"""Relative tolerance of the standard deviation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,16 +276,15 @@ def fitted_prior(seen: Array, noise: Array) -> Belief:
 
     From noisy values and the standard deviation of the noise of each, positive, shapes (k,).
     """
-    ends = (LEAST_STD, BEGIN) if likelihood_slope(seen, noise, BEGIN) > 0.0 else (BEGIN, MOST_STD)
-    slopes = [likelihood_slope(seen, noise, std) for std in ends]
-    if slopes[0] >= 0.0 or slopes[1] <= 0.0:
-        std = ends[0] if slopes[0] >= 0.0 else ends[1]
-    else:
-        low, high = np.log(ends).tolist()
-        while high - low > SETTLED:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if likelihood_slope(seen, noise, float(np.exp(middle))) < 0.0 else (low, middle)
-        std = float(np.exp(0.5 * (low + high)))
+    low, high = (LEAST_STD, BEGIN) if likelihood_slope(seen, noise, BEGIN) > 0.0 else (BEGIN, MOST_STD)
+    if likelihood_slope(seen, noise, low) >= 0.0:
+        high = low
+    elif likelihood_slope(seen, noise, high) <= 0.0:
+        low = high
+    while high > low * (1.0 + SETTLED):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if likelihood_slope(seen, noise, middle) < 0.0 else (low, middle)
+    std = float(np.sqrt(low * high))
     return Belief(_mean(seen, noise, std), std)
 
 

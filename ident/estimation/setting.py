@@ -11,7 +11,17 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.blocks import DEPENDENT_ALONE, ROUNDING, Blocks, Layout, Own, flat, flipped, orthonormalising
+from ident.estimation.blocks import (
+    DEPENDENT_ALONE,
+    ROUNDING,
+    Blocks,
+    Layout,
+    Own,
+    flat,
+    flipped,
+    orthonormalising,
+    outside,
+)
 from ident.estimation.estimate import largest
 from ident.estimation.joint_by_joint import JointFit, joint_fit
 from ident.estimation.problem import Problem
@@ -89,12 +99,6 @@ class Setting:
         """Return the same problem with initial values from all its columns."""
         return replace(self, start=_start(self, self.given))
 
-    def braked(self) -> GivenGain:
-        """Return a gain of size 1 of the joint with the most significant friction, signed so that friction brakes."""
-        z = friction_z(self)
-        surest = int(np.argmax(np.abs(z)))
-        return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
-
     def with_currents(self, V: Array) -> "Setting":
         """Return the same problem with other currents (r,)."""
         return replace(self, columns=replace(self.columns, V=V), blocks=self.blocks.with_currents(V))
@@ -119,14 +123,15 @@ def sigma_of(blocks: Blocks, left: Array, rank: Indices) -> Array:
     return np.maximum(np.linalg.norm(left, axis=1) / np.sqrt(np.maximum(counts - rank, 1)), ROUNDING * rms)
 
 
-def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
+def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] | None = ()) -> Setting:
     """Prepare the fits of a problem, with viscous and Coulomb friction of all motions or of each.
 
-    Raises `NotIdentifiable` if neither a known payload parameter nor a given gain sets the scale of the gains, or a
-    joint has fewer rows than unknowns.
+    Without a scale of the gains, `given` is None: the gain of the joint with the most significant friction is 1, signed
+    so that friction brakes. Raises `NotIdentifiable` if neither a known payload parameter nor a given gain sets the
+    scale, or a joint has fewer rows than unknowns.
     """
     shared = SharedParameters.of(problem)
-    if not shared.known.any() and not given:
+    if given is not None and not given and not shared.known.any():
         raise NotIdentifiable(
             "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
             "one, or give one gain (options gain_joint and gain_value)"
@@ -135,6 +140,7 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     A, k = shared.columns(columns)
     names, F = columns.friction(per_motion=per_motion)
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
+    recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
     layout = Layout.of(problem.structure.arm.n, columns.joint, columns.motion, columns.position)
     kV = np.column_stack((k, columns.V))
     blocks = Blocks.of(layout, F, A, kV, np.hstack([kV[:, :0], *columns.W_L]))
@@ -144,21 +150,15 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         fit = joint_fit(problem, j, shared.parts)
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
-    return Setting(
-        problem=problem,
-        shared=shared,
-        columns=columns,
-        A=A,
-        k=k,
-        names=names,
-        F=F,
-        blocks=blocks,
-        alone=h,
-        start=h,
-        prior_std=prior_std,
-        given=(),
-        sweeps=sweeps if all(motion.observation.full_rate is not None for motion in problem.motions) else (),
-    ).with_gains(given)
+    ready = Setting(
+        problem=problem, shared=shared, columns=columns, A=A, k=k, names=names, F=F, blocks=blocks, alone=h, start=h,
+        prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
+    )  # fmt: skip
+    if given is None:
+        z = friction_z(ready)
+        surest = int(np.argmax(np.abs(z)))
+        given = [GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)]
+    return ready.with_gains(given)
 
 
 def check_rows(blocks: Blocks, own: Own) -> None:
@@ -245,7 +245,7 @@ class Model:
     def sigma(self) -> Array:
         """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
         alone = self.blocks.alone
-        new = alone.outside(flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))
+        new = outside(alone.basis, flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))[0]
         T = orthonormalising(flipped(new) @ new, DEPENDENT_ALONE)
         new = new @ T
         left = alone.left - (new @ (flipped(new) @ alone.left[..., None]))[..., 0]

@@ -180,9 +180,9 @@ class BareArm:
 
 def gain_ratios(problem: Problem, options: AllJointsOptions, believed: KnownGains | None = None) -> BareArm:
     """Identify ratios of gains, with believed curves, and the arm in drive units; `NotIdentifiable` if none shows."""
-    ready = linearised(setting_of(problem, options, [GivenGain(0, 1.0)]), believed)
-    given = ready.braked()
-    selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std
+    ready = linearised(setting_of(problem, options, None), believed)
+    (given,) = ready.given
+    selected, most = chosen_model(ready, options), problem.options.max_rel_std
     best = surest(_log_covariance(problem, selected), most)
     if best != given.joint:  # in units of the reference, other standard deviations do not depend on ratios
         selected = chosen_model(ready.with_gains([GivenGain(best, float(np.sign(selected.final.h[best])))]), options)

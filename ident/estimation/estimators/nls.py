@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.estimation.all_joints import Fit, fit, fit_again, solution
+from ident.estimation.all_joints import Fit, fit, search, solution
 from ident.estimation.blocks import ROUNDING
 from ident.estimation.estimate import GainEstimate, judge_identifiability
 from ident.estimation.intervals import rms
@@ -175,8 +175,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     return replace(estimate, remarks=(*chosen.remarks, *curves))
 
 
-def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:
-    """Return the settings of a fit of all joints, with given gains."""
+def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain] | None) -> Setting:
+    """Return the settings of a fit of all joints, with given gains as `setting`."""
     return setting(problem, per_motion=options.friction_per_motion, prior_std=options.prior_std, given=given)
 
 
@@ -228,8 +228,10 @@ def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -
     for _ in range(MOST_FITS):
         e = V - fitted.fitted_currents
         tamed = np.concatenate([tame(e[joint == j], V[joint == j]) for j in range(ready.n)])
-        before, fitted = fitted, fit_again(fitted, V - e + tamed)
-        if np.abs(np.log(fitted.h / before.h)).max() < SETTLED:
+        before, model = fitted.h, replace(fitted.model, blocks=fitted.model.blocks.with_currents(V - e + tamed))
+        model, found = search(model, before, fitted.mean, fitted.log_std)
+        fitted = replace(fitted, model=model, h=found.h, z=found.z, cost=found.cost)
+        if np.abs(np.log(fitted.h / before)).max() < SETTLED:
             reduced = np.abs(fitted.rows.residual) < 0.5 * np.abs(V - fitted.fitted_currents)
             return fitted, float(np.mean(reduced))
     raise NotIdentifiable(

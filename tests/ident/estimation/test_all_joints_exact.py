@@ -169,7 +169,7 @@ def test_bare_motions_and_one_given_gain_give_the_others_and_nothing_sets_no_sca
 
 
 def test_as_many_rows_as_columns_and_one_are_enough(plain):
-    columns = setting(plain, per_motion=False, prior_std=1.0).shared.count + 3 + 2  # own ones, known torque, current
+    columns = setting(plain, per_motion=False, prior_std=1.0).A.shape[1] + 3 + 2  # own ones, known torque, current
 
     def found(many: int) -> int:
         """Rows that are used where joint 4 has so many."""

@@ -145,17 +145,19 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     remarks = [_load_note(form, final.belief)]
     remarks += [f"{SPEED_TERMS[law]} on {joint_list(joints)}" for law, joints in bent.items() if joints]
     if yields:
-        stiff = np.setdiff1d(np.arange(ready.n), elastic).tolist()
-        but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
+        others = np.setdiff1d(np.arange(ready.n), elastic).tolist()
+        but = f" (but not of {joint_list(others)}, whose compliance would be negative)" if others else ""
         remarks.append(f"joint elasticity detected and modelled{but}")
     known = {} if ready.given else laws  # which the error of a given gain would imitate
     lawful = with_laws(final.terms, final.fit, known, corrected=corrected)
-    rigid = ready.widened(lawful.scaled, lawful.std)
+    stiff = None
+    if yields and not yielding:
+        stiff = fit(ready.widened(lawful.scaled, lawful.std), lawful.terms, lawful.fit)
     return Selected(
         final=lawful.fit,
         rivals=tuple(rivals),
         remarks=(*remarks, *lawful.remarks),
-        stiff=fit(rigid, lawful.terms, lawful.fit) if yields and not yielding else None,
+        stiff=stiff,
         unsure=lawful.unsure,
         curves=lawful.curves,
     )
@@ -219,26 +221,23 @@ def _with_load(
     and all of the joint's offset counts as torque.
     """
 
-    def again(before: Fit) -> tuple[Setting, Mapping[str, Array]]:
-        along = torques_of(ready, before.theta)
-        columns = load_terms(ready, before, along, [form])[form]
-        if not len(elastic):
-            return ready, columns
-        return ready.widened(transmitted_columns(ready, before, along, softened, [columns[form]])[:, elastic]), columns
-
-    def terms(columns: Mapping[str, Array], belief: Belief, offsets: Mask) -> dict[str, Term]:
-        priors = SHARES | {form: (belief.mean, belief.std)}
-        where = {OFFSET: offsets[ready.columns.joint]}
-        return {**chosen, **{x: Term(np.where(where.get(x, True), c, 0.0), *priors[x]) for x, c in columns.items()}}
-
     def found(offsets: Mask) -> tuple[_Loaded, Mask]:
-        free = fit(base.ready, terms(first, ANY_DRIVE, offsets), base)
-        where, columns = again(free)
-        free = fit(where, terms(columns, ANY_DRIVE, offsets), free)
-        where, columns = again(free)
-        belief = _belief(free, form)
-        final = fit(where, known := terms(columns, belief, offsets), free)
-        return _Loaded(final, known, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
+        where, columns, belief, fits = base.ready, first, ANY_DRIVE, [base]
+        for last in (False, False, True):
+            if last:
+                belief = _belief(fits[-1], form)
+            priors, on = SHARES | {form: (belief.mean, belief.std)}, offsets[ready.columns.joint]
+            own = {x: Term(np.where(on | (x != OFFSET), c, 0.0), *priors[x]) for x, c in columns.items()}
+            terms = {**chosen, **own}
+            fits.append(fit(where, terms, fits[-1]))
+            if not last:
+                along, where = torques_of(ready, fits[-1].theta), ready
+                columns = load_terms(ready, fits[-1], along, [form])[form]
+                if len(elastic):
+                    exact = transmitted_columns(ready, fits[-1], along, softened, [columns[form]])
+                    where = ready.widened(exact[:, elastic])
+        free, final = fits[2:]
+        return _Loaded(final, terms, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
 
     offsets = np.full(ready.n, form != LINKS)
     loaded, possible = found(offsets)

@@ -80,9 +80,8 @@ def load_terms(
         return {}
     h, unseen, off = fit.h, ~rotor_identifiable(ready.problem.structure), fit.common("off", 0.0)
     spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
-    shares = {form: [OFFSET] if form != LINKS else [] for form in forms}
-    for form in forms if unseen.any() else ():
-        shares[form] += [ROTOR] if form != MOTOR else []
+    possible = {MOTOR: (OFFSET,), LINKS: (ROTOR,), THROUGH: (OFFSET, ROTOR)}
+    shares = {form: [share for share in possible[form] if share == OFFSET or unseen.any()] for form in forms}
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         rotor = spun * sweep.behind.ddq
@@ -94,7 +93,8 @@ def load_terms(
             x = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
             given += [x, *(x - less[share] for share in shares[form])]
         against = np.sign(h) * np.sign(sweep.behind.dq)  # the current of a negative gain has the opposite sign
-        parts.append(sweep.decimated(np.abs(np.stack(given, axis=2)) * against[:, :, None]))
+        lost = np.abs(x := np.stack(given, axis=2), out=x)
+        parts.append(sweep.decimated(np.multiply(lost, against[:, :, None], out=lost)))
     rows, joint, found = iter(ready.of_logs(parts).T), ready.columns.joint, dict[str, dict[str, Array]]()
     for form in forms:
         load, *others = (next(rows) for _ in (form, *shares[form]))

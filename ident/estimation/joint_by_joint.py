@@ -136,22 +136,18 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
         unknowns={each.system.joint: each.system.W.shape[1] for each in solved}, weight=np.ones(len(columns.V)),
         explained=linalg.block_diag(*(each.fit.basis for each in solved)),
     )  # fmt: skip
-    k = len(solved)
-    influence, friction_influence = np.zeros((k, len(rows.V))), np.zeros((k, 2, len(rows.V)))
-    for which, each in enumerate(solved):
-        own = rows.of(each.system.joint)
-        influence[which, own] = each.influence
-        friction_influence[which, :, own] = each.system.friction @ each.by_current
+    k, r = len(solved), len(rows.V)
+    of_friction = linalg.block_diag(*(each.system.friction @ each.by_current for each in solved))
     return GainSolution(
         rows=rows,
         joints=np.array(joints, dtype=np.intp),
         inverse=np.array([each.inverse for each in solved]),
-        influence=influence,
+        influence=linalg.block_diag(*(each.influence for each in solved)).reshape(k, r),
         payload=np.array([each.stated(known) for each in solved]).reshape(k, -1 if solved else 0),
         model=np.zeros((k, 0)),
         load_rms=np.array([each.system.load_rms for each in solved]),
         friction=np.array([each.system.friction @ each.fit.x for each in solved]).reshape(k, 2),
-        friction_influence=friction_influence,
+        friction_influence=of_friction.reshape(k, 2, r),
         unsolved={fit.joint: fit.reason for fit in fits if isinstance(fit, NoFit)},
     )
 

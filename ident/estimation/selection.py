@@ -127,6 +127,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
             soft = fit(ready.widened(exact[:, elastic]), {}, plain) if len(elastic) else plain
             if yielding or not len(elastic) or not (rigid := of_negative_compliance(soft, len(elastic))).any():
                 break
+    del along  # large for long logs
     yields = yielding or z_of(improvement(soft, plain)) > BETTER
     base, elastic = (soft, elastic) if yields else (plain, elastic[:0])
     bent, chosen = dict[str, list[int]](), dict[str, Term]()
@@ -222,22 +223,22 @@ def _with_load(
     """
 
     def found(offsets: Mask) -> tuple[_Loaded, Mask]:
-        where, columns, belief, fits = base.ready, first, ANY_DRIVE, [base]
+        where, columns, belief, free, fitted = base.ready, first, ANY_DRIVE, base, base
         for last in (False, False, True):
             if last:
-                belief = _belief(fits[-1], form)
+                belief = _belief(fitted, form)
             priors, on = SHARES | {form: (belief.mean, belief.std)}, offsets[ready.columns.joint]
             own = {x: Term(np.where(on | (x != OFFSET), c, 0.0), *priors[x]) for x, c in columns.items()}
             terms = {**chosen, **own}
-            fits.append(fit(where, terms, fits[-1]))
+            free, fitted = fitted, fit(where, terms, fitted)
             if not last:
-                along, where = torques_of(ready, fits[-1].theta), ready
-                columns = load_terms(ready, fits[-1], along, [form])[form]
+                along, where = torques_of(ready, fitted.theta), ready
+                columns = load_terms(ready, fitted, along, [form])[form]
                 if len(elastic):
-                    exact = transmitted_columns(ready, fits[-1], along, softened, [columns[form]])
+                    exact = transmitted_columns(ready, fitted, along, softened, [columns[form]])
                     where = ready.widened(exact[:, elastic])
-        free, final = fits[2:]
-        return _Loaded(final, terms, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
+                del along  # large for long logs
+        return _Loaded(fitted, terms, belief), offsets & _is_possible(free, form) & _is_possible(fitted, form)
 
     offsets = np.full(ready.n, form != LINKS)
     loaded, possible = found(offsets)

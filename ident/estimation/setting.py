@@ -62,7 +62,7 @@ class Setting:
     problem: Problem  # motions and payloads
     shared: SharedParameters  # the parameters that joints share
     columns: Columns  # rows of all joints
-    A: Array  # columns of the shared parameters and of appended ones, shape (r, p)
+    parts: tuple[Array, ...]  # columns of the shared parameters, then of appended ones, (r, .) each
     k: Array  # torque of the known payload parameters [N m], shape (r,)
     names: tuple[tuple[str, int], ...]  # name and motion of the columns of friction and offset, b pairs
     F: Array  # those columns, shape (r, b)
@@ -77,6 +77,11 @@ class Setting:
     def n(self) -> int:
         """Number of joints."""
         return len(self.alone)
+
+    @property
+    def A(self) -> Array:
+        """Columns of the shared parameters and of appended ones, shape (r, p)."""
+        return np.hstack(self.parts)
 
     @property
     def recorded(self) -> bool:
@@ -108,7 +113,7 @@ class Setting:
         if not more.shape[1]:
             return self
         blocks = self.blocks.widened(more, np.full(more.shape[1], std), independent)
-        return replace(self, A=np.hstack((self.A, more)), blocks=blocks)
+        return replace(self, parts=(*self.parts, more), blocks=blocks)
 
     @cached_property
     def sigma(self) -> Array:
@@ -151,8 +156,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
     ready = Setting(
-        problem=problem, shared=shared, columns=columns, A=A, k=k, names=names, F=F, blocks=blocks, alone=h, start=h,
-        prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
+        problem=problem, shared=shared, columns=columns, parts=(A,), k=k, names=names, F=F, blocks=blocks, alone=h,
+        start=h, prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
     )  # fmt: skip
     if given is None:
         z = friction_z(ready)

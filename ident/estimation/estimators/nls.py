@@ -210,7 +210,7 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
     if not zero_deg and not tilt_deg:
         return ready
     plain = fit(ready, {}, None)
-    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, plain.theta)])
+    columns = ready.of_logs([each.rows(each.at(plain.theta).misplaced()) for each in ready.sweeps])
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
     near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result

@@ -210,7 +210,10 @@ NOISY = "the positions are too noisy or too coarse for these filters"
 
 
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
-    """Return the diagnosis of gains that encoder noise biases; none if no gain would be refused."""
+    """Return the diagnosis of gains that encoder noise biases, according to the estimator that it does not bias.
+
+    A gain is doubted if both differ by two deviations, or the noise of the payload's torque exceeds this torque.
+    """
     share = np.max([np.zeros(problem.structure.arm.n), *map(noise_in_load, problem.motions)], axis=0)
     near = {j: gain for j, gain in estimate.identified.items() if share[j] > claimed(gain)}
     if not near:
@@ -219,16 +222,20 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
         unbiased = instrumental_gains(problem).identified
     except IdentificationError:
         return
-    effects = list[Effect]()
+    effects, doubted = list[Effect](), list[Effect]()
     for j, mine in near.items():
         if (other := unbiased.get(j)) is not None:
             moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
             effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
-    if severity_of(effects) is Severity.WRONG:  # less may be chance, or the other model
+            if abs(moved) > 2.0 * spread or share[j] > 1.0:
+                doubted.append(effects[-1])
+    wrong = severity_of(effects) is Severity.WRONG
+    if wrong or doubted:  # less may be chance, or the other model
+        own = effects if wrong else doubted
         yield Diagnosis(
-            name="encoder noise", severity=Severity.WRONG, sentence=f"{NOISY}{consequence(effects)}", cause=NOISY,
+            name="encoder noise", severity=Severity.WRONG if wrong else Severity.WEAK,
+            sentence=f"{NOISY}{consequence(own)}", cause=NOISY, effects=tuple(own),
             advice="lower --cutoff-hz to what the motion needs, use --method iv, or log at a higher rate",
-            effects=tuple(effects),
         )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ for name in ONE_THREAD:  # as `make` does: processes that tests start compute on
     os.environ.setdefault(name, "1")
 
 LONG = [
-    "test_same_faults",
+    "test_same_doubts",
     "test_interruptions",
     "test_cost",
     "test_process",

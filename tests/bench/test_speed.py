@@ -23,13 +23,6 @@ def test_a_figure_is_slower_if_it_is_in_every_round_and_one_tree_may_lack_it():
     assert speed.page("de5ef1d", rounds[1:][:1] * 2).parts[0].mood.value == "bad"
 
 
-def test_each_action_is_called_in_turn_and_has_its_least_time(monkeypatch):
-    clock, called = iter([0.0, 9.0, 0.0, 9.0, 1.0, 4.0, 5.0, 5.5, 6.0, 8.0, 9.0, 10.25]), []
-    monkeypatch.setattr(speed.time, "perf_counter", lambda: next(clock))
-    assert speed.seconds(lambda: called.append("a"), lambda: called.append("b"), times=2) == [2.0, 0.5]
-    assert called == ["a", "b"] * 3
-
-
 def test_a_tree_that_cannot_run_a_phase_has_no_figure_of_it(tmp_path, monkeypatch):
     monkeypatch.setattr(speed, "PHASES", {"read": None})
     monkeypatch.setattr(speed, "COMMANDS", {"nothing": "-c pass", "broken": "-c 1/0 2>&-", "bad": "-c 'exit(2)'"})

@@ -42,12 +42,12 @@ def logs(saved: Path) -> list[str]:
     return [str(saved / "unloaded.parquet"), str(saved / "loaded.parquet")]
 
 
-def identification(folder: Path, saved: Path) -> Path:
+def identification(folder: Path, saved: Path, *more: str) -> Path:
     """Its recordings identified as logs of a real robot would be."""
     unloaded, loaded = logs(saved)
     words = ["--model", str(saved / "robot.xml"), "--unloaded", unloaded, "--loaded", loaded]
     words += ["--payload", str(saved / "payload.toml"), "--method", "ls-2011", "--cutoff-hz", "14"]
-    main(["identify", *words, "--save", str(folder)])
+    main(["identify", *words, *more, "--save", str(folder)])
     return folder
 
 

@@ -45,8 +45,6 @@ SENSORS = "experiment.sensors."
 QUIET = {f"{SENSORS}{name}": 0.0 for name in ("encoder_quantum", "encoder_noise", "current_white", "current_coloured")}
 """Settings without noise."""
 FULL_RATE = {"experiment.step": 0.001, "experiment.controller.rate_hz": 1000.0}
-HALF_RATE = {"experiment.step": 0.002, "experiment.controller.rate_hz": 500.0}
-"""Those of `nominal`, and those of a quick scenario."""
 BRIEF = 4.0
 """Seconds that are enough where trials are counted and compared, and no gain is judged."""
 

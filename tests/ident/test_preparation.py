@@ -37,14 +37,6 @@ def frozen(log: Recording) -> Recording:
     return changed(log, v=v)
 
 
-def test_sound_logs_are_used_as_they_are_whatever_the_policy(axes, logs):
-    found = [prepared(axes, *logs, policy=policy) for policy in (DOUBTED, SIMULATED)]
-    for each in found:
-        assert [motion.recording is log for motion, log in zip(each.motions, logs, strict=True)] == [True, True]
-        assert each.diagnoses == ()
-    np.testing.assert_array_equal(gains(found[0]), gains(found[1]))
-
-
 def test_logs_of_a_simulator_are_not_repaired(axes, logs):
     turned = changed(logs[1], q=logs[1].q + np.outer(np.arange(2500) >= 900, [0.0, 2.0 * np.pi, 0.0]))
     found = prepared(axes, logs[0], turned)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from exact import drive_gains, exact_pair, exact_problem, values
 
-from ident.diagnosis.plausibility import cause_of, check_load, check_positions, prediction_warnings
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
+from ident.diagnosis.plausibility import check_load, check_positions, prediction_warnings
+from ident.estimation.problem import GainOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable, RecordingError
 
@@ -43,16 +43,6 @@ def test_motions_without_the_load_that_is_stated_are_refused_and_others_pass(mot
     with pytest.raises(NotIdentifiable, match=refusal):
         check_load(drive_gains(motions[one], motions[other], heavy, options), bare=bare)
     check_load(drive_gains(motions[0], motions[1], heavy, GainOptions()))
-
-
-def test_where_a_method_finds_nothing_swapped_files_are_the_cause_and_right_ones_are_not(motions, heavy):
-    error = NotIdentifiable("the gains do not converge")
-    found = cause_of(error, pair(motions[1], motions[0], heavy, GainOptions()))
-    assert isinstance(found, NotIdentifiable)
-    assert "bare and loaded recordings are probably swapped" in str(found)
-    assert cause_of(error, pair(motions[0], motions[1], heavy, GainOptions())) is error
-    bare = Problem(motions[0].structure, (ObservedMotion(motions[0], None),), GainOptions())
-    assert cause_of(error, bare) is error
 
 
 def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(structure, heavy, rng):

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.motion_quality import joint_motions, motion
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.diagnosis.timing import APART, clock, least_seconds, lost_samples, speed_beside, timestamp_anomalies
+from ident.diagnosis.timing import clock, least_seconds, lost_samples, timestamp_anomalies
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.checks import log_faults
 from ident.recordings.recording import Recording
@@ -94,14 +94,6 @@ def test_stamps_that_jitter_and_intervals_of_which_each_is_random_miss_nothing_b
     assert gaps(replace(ur_log, t=t)).severity is Severity.GOOD
     found = gaps(without(replace(ur_log, t=t), np.arange(700, 714)))
     assert float(found.value) == pytest.approx(14.0, abs=4.0)  # deviation of 15 such intervals, four times: 3.6
-
-
-@pytest.mark.parametrize("spread", [0.01, 0.1])
-def test_samples_that_are_missing_are_counted_beside_jitter(ur_log, rng, spread):
-    late = np.clip(rng.normal(0.0, spread, len(ur_log.t)), -3.0 * spread, 3.0 * spread)
-    found = gaps(restamped(ur_log, late, [1, 300, 301, 303, 1700, 2498]))
-    assert found.sentence.startswith("6 samples are missing in 5 gaps, the longest 0.02")
-    assert found.severity is Severity.WEAK
 
 
 @pytest.mark.parametrize("stalled", [False, True])
@@ -189,15 +181,6 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
     spoilt = SPOILING["repeated samples"](again).any(axis=1)
     np.testing.assert_array_equal(np.flatnonzero(spoilt), [599, 600, 601, 1499, 1500])
     assert "repeat 3 times, first after row 600" in named(lost_samples(again), "repeated samples").sentence
-
-
-@pytest.mark.parametrize("steps", [1, 3, 500])
-def test_the_speed_beside_a_step_is_the_median_of_those_to_either_side(rng, steps):
-    rate = np.round(rng.normal(size=(steps, 2)), 1)  # with ties
-    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
-    for k, found in enumerate(speed_beside(rate.T).T):
-        near = np.delete(padded[k : k + 2 * APART + 1], APART, axis=0)
-        np.testing.assert_array_equal(found, np.median(near, axis=0))
 
 
 def test_coarse_encoders_an_arm_at_rest_and_one_joint_that_jumps_lose_and_repeat_nothing(ur_log):

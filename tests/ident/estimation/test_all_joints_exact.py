@@ -61,18 +61,6 @@ def test_two_mountings_give_exact_gains_whatever_is_known_of_each(structure, hea
     np.testing.assert_allclose(gains(exact_problem(structure, given, GAIN, rng)), GAIN, rtol=FOUND)
 
 
-def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, chi, rng):
-    # Both weigh 3.4 kg and nothing else of them is alike: one object shared between them would fit neither.
-    other = replace(LIGHT, com=(0.08, 0.02, 0.11))
-    weighed = [Payload(mass=3.4, known="mass") for _ in range(2)]
-    off = []
-    for second in weighed[::-1]:
-        motions = [(chi, None, None), (chi, LIGHT, weighed[0]), (chi, other, second)]
-        found = gains(exact_problem(structure, motions, GAIN, rng, options=replace(TRUSTING, max_rel_std=100.0)))
-        off.append(np.abs(found / GAIN - 1.0).max())
-    assert off[0] < FOUND < 1e-3 < off[1]
-
-
 @pytest.mark.parametrize("seed", [0, 2, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 3))])
 def test_gains_of_random_arms_are_exact(seed, heavy):
     rng = np.random.default_rng(seed)
@@ -128,10 +116,8 @@ def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refuse
 
 
 def test_options_that_make_no_sense_are_refused():
-    assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, loss="squares")
     assert AllJointsOptions(friction="load+cbrt+by-direction").friction_terms == ("load", "cbrt", "by-direction")
-    assert AllJointsOptions(prior_std=100.0).prior_std == 100.0
-    unknown = ("stribeck", "cbrt+stribeck", "cbrt+cbrt", "load+load-motor", "load+auto", "")
+    unknown = ("cbrt+stribeck", "cbrt+cbrt", "load+load-motor", "load+auto", "")
     together = "gain_joint and gain_value must be given together"
     for said, options in {
         "friction = ": [{"friction": each} for each in unknown],
@@ -248,14 +234,10 @@ def test_gross_outliers_hardly_move_gains_and_are_told(structure, heavy, rng):
 
     clean = found(motions, heavy, "squares")
     squares, tamed = (found(with_currents(motions, spoilt), heavy, loss) for loss in ("squares", "student"))
-    std = np.array([joint.residual_std for joint in clean.joints]) / np.abs(GAIN)
+    std, told = (np.array([joint.residual_std for joint in each.joints]) / np.abs(GAIN) for each in (clean, tamed))
     off = [np.abs(values(each) / GAIN - 1.0) / std for each in (squares, tamed)]
     assert off[0].max() > 20.0
     assert off[1].max() < 4.0  # of six gains; the loss costs a tenth in deviation
     # Deviations are those of data without outliers, not of the squares of these.
-    told = np.array([joint.residual_std for joint in tamed.joints]) / np.abs(GAIN)
     np.testing.assert_allclose(told / std, 1.1, atol=0.25)
-    share = float(tamed.remarks[-1].split()[0])
-    assert 2.0 <= share < 4.0
-    given = np.concatenate([joint.V for each in with_currents(motions, spoilt) for joint in each.joints])
-    np.testing.assert_array_equal(np.sort(tamed.solution.rows.V), np.sort(given))
+    assert 2.0 <= float(tamed.remarks[-1].split()[0]) < 4.0

@@ -3,18 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
-import real_friction
 from consistency_logs import PAYLOADS, problem_of, ready_of
 from known_logs import BRICK
 from pinocchio_arms import random_arm
-from real_friction import GAIN, Truth, real_logs, three_axes
+from real_friction import GAIN, Truth, real_logs
 
 from ident.estimation.all_joints import fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, with_misplaced
 from ident.estimation.problem import Problem
-from ident.estimation.sweep import across, misplaced
+from ident.estimation.sweep import misplaced
 from ident.estimation.terms import torques_of
 from ident.model.arm import Arm, arm_from_pinocchio
 from ident.model.displacement import Dynamics, Kinematics, States
@@ -25,27 +23,11 @@ from ident.recordings.recording import Recording
 
 N = 3
 ZEROS = np.array([0.02, -0.011, 0.017])  # of joint 1, whose axis is vertical, no log tells
-TILT = (0.013, -0.008)
 
 
 def logs_of(zeros: np.ndarray, noise: float = 1e-3) -> list[Recording]:
     logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=noise)
     return [replace(log, q=log.q + zeros) for log in logs]
-
-
-def tilted_arm() -> pin.Model:
-    """The arm on a base that is turned about its x axis and then about its own y axis."""
-    model = three_axes()
-    base = pin.utils.rotate("x", TILT[0]) @ pin.utils.rotate("y", TILT[1])
-    model.gravity.linear = base.T @ model.gravity.linear
-    return model
-
-
-def found(problem: Problem, **known: float) -> tuple[np.ndarray, np.ndarray]:
-    """What is found of the zeros and the tilt, and the deviations of that."""
-    ready = with_misplaced(ready_of(problem), **known)
-    fitted, unsure = fit(ready, {}, None), np.flatnonzero(np.isfinite(ready.blocks.std))
-    return fitted.theta[unsure], np.linalg.norm(fitted.of_theta(unsure).belief, axis=1)
 
 
 def off(problem: Problem, **options) -> np.ndarray:
@@ -73,12 +55,6 @@ def test_columns_of_zeros_are_what_the_torques_change_by(axes):
             # Splines between the instants that torques are taken at, and a mask of reversals that sees rounded speeds.
             size = max(np.abs(slopes[own]).max(), 1e-3)
             np.testing.assert_allclose(columns[own, k], slopes[own], rtol=0, atol=2e-3 * size)
-
-
-def test_the_tilt_of_the_base_is_found_about_either_axis(axes, monkeypatch):
-    monkeypatch.setattr(real_friction, "three_axes", tilted_arm)
-    value, _ = found(problem_of(axes, logs_of(np.zeros(N), noise=1e-4)), zero_deg=0.0, tilt_deg=2.0)
-    np.testing.assert_allclose(value @ across(axes.arm), [*TILT, 0.0], atol=1e-3)
 
 
 def swinging(arm: Arm, payload: Payload, **observing: float) -> Problem:
@@ -114,10 +90,11 @@ def test_an_arm_on_a_wall_has_two_tilts_about_the_axes_across_gravity(axes):
 
 
 def test_a_belief_that_is_surer_than_the_data_is_kept(axes):
-    value, share = found(problem_of(axes, logs_of(ZEROS, noise=0.05)), zero_deg=1e-3, tilt_deg=2e-3)
+    ready = with_misplaced(ready_of(problem_of(axes, logs_of(ZEROS, noise=0.05))), zero_deg=1e-3, tilt_deg=2e-3)
+    found, own = fit(ready, {}, None), np.flatnonzero(np.isfinite(ready.blocks.std))
     believed = np.radians([1e-3] * N + [2e-3] * 2)
-    assert (np.abs(value) < 0.2 * believed).all()
-    np.testing.assert_allclose(share, believed, rtol=1e-2)
+    assert (np.abs(found.theta[own]) < 0.2 * believed).all()
+    np.testing.assert_allclose(np.linalg.norm(found.of_theta(own).belief, axis=1), believed, rtol=1e-2)
 
 
 def test_gains_are_right_where_zeros_are_unknown_and_off_where_they_are_taken_for_right(axes):

@@ -201,15 +201,6 @@ def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
     assert (np.abs(off(told))[SHOWN] < 5e-3).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("compliance", [(0.0, 0.0, 0.0), YIELDING])
-def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
-    estimate = gains(problem_of(axes, logs_of(Truth(compliance=compliance), encoder=2e-5)))
-    assert bool(remarked(estimate, WORDS["yields"])) == any(compliance)
-    assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
-    assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
-
-
 def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(axes):
     logs = logs_of(Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0)))
     factor = np.array([1.0, -1.0, 1e3])

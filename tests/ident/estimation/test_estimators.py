@@ -199,12 +199,6 @@ def test_a_gain_without_prediction_below_the_limit_is_refused_with_the_predictio
     assert re.search(said, refused.reason)
 
 
-def test_more_noise_floor_predicts_more_but_claims_the_same(method, noisy, heavy):
-    low, high = (estimated(method, *noisy, heavy, replace(LOOSE, noise_floor=floor)) for floor in (1e-12, 0.5))
-    np.testing.assert_array_equal(stds(low), stds(high))
-    assert all(b.predicted_rel_std > 10.0 * a.predicted_rel_std for a, b in zip(low.joints, high.joints, strict=True))
-
-
 def test_the_stated_uncertainty_of_the_mass_reaches_every_gain(method, noisy, heavy, found):
     sure = replace(heavy, mass_std=0.0)
     estimate = found(method)

@@ -80,12 +80,6 @@ def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
     np.testing.assert_allclose(both * scale, one, rtol=1e-12)
 
 
-def test_what_no_column_explains_is_left_as_it_is(linear):
-    rows = replace(linear.rows, explained=np.zeros((len(linear.V), 0)))
-    for block, left in left_out(rows):
-        np.testing.assert_allclose(left, rows.residual[block], rtol=1e-15)
-
-
 def test_of_no_gain_there_is_no_covariance():
     none = np.zeros(0, dtype=int)
     rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, unknowns={},
@@ -149,14 +143,6 @@ def test_a_covariance_is_symmetric_never_indefinite_and_the_square_of_what_scale
     np.testing.assert_allclose(scaled, np.outer(per_quantity, per_quantity) * found, rtol=1e-12)
     larger = replace(rows, residual=-2.3 * rows.residual)
     np.testing.assert_allclose(uncertainty(larger, influence), 2.3**2 * found, rtol=1e-12)
-
-
-@pytest.mark.parametrize("name", UNCERTAINTIES)
-def test_a_quantity_is_moved_by_the_residuals_of_the_rows_that_influence_it_alone(name, rows, influence):
-    own = influence * (rows.joint == 2)
-    found = UNCERTAINTIES[name](rows, own)
-    louder = replace(rows, residual=np.where(rows.joint == 2, 1.0, 9.0) * rows.residual)
-    np.testing.assert_allclose(UNCERTAINTIES[name](louder, own), found, rtol=1e-12)
 
 
 def test_parts_left_out_are_predicted_as_by_fits_without_them(linear):

@@ -8,7 +8,7 @@ import pytest
 from estimates import gain_estimate
 from exact import GAIN, TRUSTING, exact_problem
 from unseen_motions import loaded_motion, model
-from weighings import PLAIN, known, weighed
+from weighings import PLAIN, known
 
 from ident.estimation.all_joints import GIVEN_STD
 from ident.estimation.estimate import GainEstimate
@@ -17,7 +17,6 @@ from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains, joint_torque, shares
 from ident.estimation.problem import GainOptions, Problem
 from ident.parameters.arm import arm_in_use, gain_ratios
-from ident.parameters.payload import payload_of
 from ident.recordings.recording import Recording
 from ident.support.errors import GainsError
 from ident.unseen import predicted
@@ -217,17 +216,6 @@ def curved(problem: Problem, curves: dict[int, GainCurve]) -> Problem:
 def curves() -> dict[int, GainCurve]:
     """Of two joints, with currents up to some 100 and 10 units."""
     return {1: replace(CURVE, current=70.0, largest=150.0, slope=2e-3), 2: replace(OTHER, current=50.0, slope=-1e-3)}
-
-
-def test_a_payload_is_weighed_through_the_curve(structure, heavy, rng, curves):
-    plain = weighed(structure, heavy, rng, noise=1e-4)
-    problem = curved(plain, curves)
-    of_gains = replace(known(), curves=curves)
-    found, same = payload_of(problem, of_gains, PLAIN), payload_of(plain, known(), PLAIN)
-    # Initial values follow from currents as they are; the search ends within 1e-8.
-    np.testing.assert_allclose(found.value, same.value, rtol=1e-6, atol=1e-9)
-    off = payload_of(problem, known(), PLAIN)
-    assert np.linalg.norm(off.value - heavy.known_part().chi) > 0.01
 
 
 def test_an_arm_is_identified_through_the_curve(structure, rng, curves):

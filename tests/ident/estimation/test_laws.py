@@ -124,24 +124,16 @@ def test_sound_logs_show_no_law(axes, seed):
     np.testing.assert_array_equal(lawful.gain, constant.gain)
 
 
-def test_currents_of_one_log_have_no_scale_of_their_own(axes, monkeypatch):
-    problem = problem_of(axes, logs_of(Truth())[1:], PAYLOADS[1:])
-    ready = ready_of(problem)
-    before = fit(ready, {}, None)
-    assert columns_of("scale", before) == {}
-    assert with_laws({}, before, {"scale": 0.01}, corrected=True).fit is before
+def test_currents_of_one_log_have_no_scale_of_their_own_and_prismatic_joints_no_ripple_once_a_turn(axes, monkeypatch):
+    sliding = structure_of(arm_from_pinocchio(random_arm(np.random.default_rng(3), 2, prismatic=1.0)))
+    two = [changed(log, q=log.q[:, :2], v=log.v[:, :2]) for log in logs_of(Truth())]
+    one = problem_of(axes, logs_of(Truth())[1:], PAYLOADS[1:])
+    for law, problem in (("position", problem_of(sliding, two)), ("scale", one)):
+        before = fit(ready_of(problem), {}, None)
+        assert columns_of(law, before) == {}
+        assert with_laws({}, before, {law: 0.01}, corrected=True).fit is before
     monkeypatch.setattr(laws, "SURE", -9.0)
     assert with_laws({}, before, {"scale": 0.01, "sign": 0.01}, corrected=True).scaled.shape[1] == 0
-
-
-def test_prismatic_joints_have_no_ripple_once_a_turn():
-    arm = arm_from_pinocchio(random_arm(np.random.default_rng(3), 2, prismatic=1.0))
-    ready = ready_of(
-        problem_of(structure_of(arm), [changed(log, q=log.q[:, :2], v=log.v[:, :2]) for log in logs_of(Truth())])
-    )
-    before = fit(ready, {}, None)
-    assert columns_of("position", before) == {}
-    assert with_laws({}, before, {"position": 0.01}, corrected=True).fit is before
 
 
 def test_gains_without_laws_remain_where_a_fit_with_them_fails(axes, monkeypatch):

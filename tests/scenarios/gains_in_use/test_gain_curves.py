@@ -82,25 +82,15 @@ def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
     np.testing.assert_allclose([*map(float, told)], [second["estimate"], second["curve"]["current"]], rtol=5e-3)
 
 
-def test_two_files_are_compared_at_one_current(cell, tmp_path, capsys):
-    A, B = (json.loads(json.dumps(tomllib.loads((cell / "curve.toml").read_text()))) for _ in range(2))
-    share = []
-    for each in B["gains"]:
-        if curve := each.get("curve"):  # the same curve, stated at two thirds of the current
-            times = 1.0 + curve["slope"] * curve["current"] / 3.0
-            share.append(times)
-            each["estimate"], each["std"] = times * each["estimate"], times * each["std"]
-            curve["current"], curve["slope"] = curve["current"] / 1.5, curve["slope"] / times
-            curve["covariance"] = [[0.0] * 3] * 2
-    B["covariance"] = (np.outer(share, share) * B["covariance"]).tolist()
-    B["recordings"] = []
-    for name, file in (("A", A), ("B", B)):
-        (tmp_path / f"{name}.json").write_text(json.dumps(file))
-    assert main(["verify", str(tmp_path / "A.json"), str(tmp_path / "B.json"), "--json"]) == 0
-    for each in printed(capsys, "verify-gains")["joints"]:
-        assert abs(each["rel_change"]) < 1e-12
-        np.testing.assert_allclose(each["B"], each["A"], rtol=1e-12)
-    assert max(share) > 1.01
+def test_two_files_are_compared_at_one_current(tmp_path, capsys):
+    curve = {"current": 3.0, "largest": 5.0, "slope": 0.02, "by_sign": 0.0, "covariance": [[0.0] * 3] * 2}
+    other = curve | {"current": 1.5, "slope": 0.02 / 1.03}  # the same, where the gain is 3 % larger
+    for name, gain, own in (("A", 2.5, curve), ("B", 1.03 * 2.5, other)):
+        entry = {"joint": 1, "estimate": gain, "std": 0.01 * gain, "curve": own}
+        (tmp_path / f"{name}.json").write_text(json.dumps({"gains": [entry]}))
+    words = ["verify", str(tmp_path / "A.json"), str(tmp_path / "B.json")]
+    (joint,) = printed(capsys, "verify-gains", words)["joints"]
+    np.testing.assert_allclose([joint["B"], 1.0 + joint["rel_change"]], [joint["A"], 1.0], rtol=1e-12)
 
 
 def test_currents_beyond_those_with_which_a_gain_is_known_are_said(cell, tmp_path, capsys):
@@ -138,11 +128,7 @@ def test_a_gain_written_by_hand_states_the_largest_current_at_which_it_holds(tmp
     [
         ({}, "gains.1: refused but has a number"),
         ({"slopes": 2.0}, "unknown key gains.1.curve.slopes; did you mean 'slope'"),
-        ({"current": -3.0}, "gains.1.curve.current: input should be greater than or equal to 0, got -3"),
-        ({"largest": 0}, "gains.1.curve.largest: input should be greater than 0, got 0"),
-        ({"covariance": [[0.0, 0.0, 0.0]]}, "gains.1.curve.covariance.2 is missing"),
         ({"slope": 0.7}, "gains: joint 1: its gain changes its sign with the current; check the curve"),
-        ({"slope": float("nan")}, "gains.1.curve.slope: input should be a finite number"),
     ],
 )
 def test_a_curve_that_cannot_be_is_refused_in_one_line(tmp_path, changes, words):

@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -42,13 +43,16 @@ def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(wei
 def test_gains_that_moved_are_named(weighed_cell, capsys):
     off(weighed_cell, 3, 1.2, "moved.json")
     first, second = str(weighed_cell / "gains.toml"), str(weighed_cell / "moved.json")
+    moved = json.loads(Path(second).read_text())
+    kept = [each for each in moved["recordings"] if each["name"] != "unloaded.parquet"]
+    Path(second).write_text(json.dumps(moved | {"recordings": kept}))
     found = printed(capsys, "verify-gains", ["verify", first, second], status=1)
     assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
     np.testing.assert_allclose(found["joints"][2]["B"], 1.2 * found["joints"][2]["A"], rtol=1e-9)
-    assert found["shared"] == ["heavy.parquet", "unloaded.parquet"]
+    assert found["shared"] == ["heavy.parquet"]
     assert main(["verify", first, second]) == 1
-    assert "A and B share heavy.parquet, unloaded.parquet: their errors are correlated" in capsys.readouterr().out
+    assert "A and B share heavy.parquet: their errors are correlated" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -90,10 +94,10 @@ def test_what_changed_is_concluded_with_its_measure(tmp_path, capsys, A, B, rel_
     assert sharing is None or found["scale_joints"] == sharing
     assert (found["pattern"] is None) is (len(A) == 1)
     for each in found["joints"]:
-        shares = [each["rel_change"], each["rel_std"], each["apart"]["rel_change"], each["apart"]["rel_std"]]
-        row = [f"{x:.4f}" for x in (each["A"], each["B"])] + [f"{100 * shares[0]:+.2f}", f"{200 * shares[1]:.2f}"]
-        row += [f"{100 * shares[2]:+z.2f}", f"{200 * shares[3]:.2f}"] if len(A) > 1 else ["-", "-"]
-        assert " ".join(row) in out
+        row = f"{each['A']:.4f} {each['B']:.4f} {100 * each['rel_change']:+.2f} {200 * each['rel_std']:.2f} "
+        apart = each["apart"]
+        row += f"{100 * apart['rel_change']:+z.2f} {200 * apart['rel_std']:.2f}" if len(A) > 1 else "- -"
+        assert row in out
 
 
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
@@ -113,22 +117,21 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     found = printed(capsys, "identify-bare", [*words])
     assert len(found["joints"]) == 6
     assert all(0.0 < each["fitted_rel_error"] < each["predicted_rel_error"] for each in found["joints"])
-    shown = [each for each in found["joints"] if each["ratio"] is not None]
-    assert len(shown) >= 2
-    assert found["consistent"] is None
-    assert "--gains" in found["consistent_reason"]
-    assert not any("is predicted with an error" in each for each in found["notes"])
+    assert sum(each["ratio"] is not None for each in found["joints"]) >= 2
+    assert (found["consistent"], "--gains" in found["consistent_reason"]) == (None, True)
     reference = found["joints"][found["reference"] - 1]
     assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
     assert main([*words, "--gains", str(weighed_cell / "gains.toml")]) == 0
-    said = capsys.readouterr().out
-    assert f" to joint {found['reference']} is " in " ".join(said.split())
+    said = " ".join(capsys.readouterr().out.split())
     assert "Essential base parameters, in SI" in said
     assert "Physically consistent links, in SI" in said
     found = printed(capsys, "identify-bare", [*words, "--gains", str(weighed_cell / "gains.toml")])
     own = read_gains(weighed_cell / "gains.toml").gains
     assert [each["gain"] for each in found["joints"]] == [each.estimate for each in own]
     known = [each for each in found["joints"] if each["off"] is not None]
+    for each in known:
+        way = "below" if each["off"] < 0.0 else "above"
+        assert re.search(rf"joint {each['joint']} to joint {found['reference']} is \S+ % {way} that of the given", said)
     assert all(
         each["off_std"] > (1.0 + each["off"]) * each["rel_std"] for each in known
     )  # with that of the given gains

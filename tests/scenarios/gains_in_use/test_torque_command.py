@@ -12,15 +12,6 @@ from scenarios.results.gains_file import read_gains
 from scenarios.support.errors import ScenarioError
 
 
-def test_a_log_is_not_written_over_by_what_is_made_of_it(weighed_cell, tmp_path, capsys):
-    log = tmp_path / "log.parquet"
-    log.write_bytes((weighed_cell / "run" / "light.parquet").read_bytes())
-    for command, gains in (("torque", ["--gains", str(weighed_cell / "gains.toml")]), ("convert", [])):
-        line = refused(capsys, [command, str(log), *gains, "--out", str(tmp_path / "." / "log.parquet"), "--force"])
-        assert f"log.parquet: rx90 {command} reads this file" in line
-    assert log.read_bytes() == (weighed_cell / "run" / "light.parquet").read_bytes()
-
-
 def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
     log, out, file = (weighed_cell / name for name in ("run/light.parquet", "torque.parquet", "gains.toml"))
     words = ["torque", str(log), "--gains", str(file), "--out"]

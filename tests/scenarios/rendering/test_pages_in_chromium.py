@@ -1,5 +1,6 @@
 import importlib.util
 import shutil
+from functools import cache
 from pathlib import Path
 
 import page_folders
@@ -19,26 +20,23 @@ KINDS = ["run", *(pytest.param(kind, marks=pytest.mark.slow) for kind in MORE)]
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
-    """The folder of a kind, made when it is first asked for: tests may be spread over processes."""
-    root, made = tmp_path_factory.mktemp("pages"), dict[str, Path]()
-    makers = {
-        "run": lambda: page_folders.run(made_folder("run here")),
-        "identification": lambda: page_folders.identification(root / "again", folder("run")),
-        "check": lambda: page_folders.check(root / "check", folder("run")),
-        "monte-carlo": lambda: page_folders.study(made_folder("study here")),
-        "sensitivity": lambda: page_folders.budget(made_folder("budget here")),
-        "comparison": lambda: page_folders.comparison(root / "comparison"),
-    }
+    """The folder of a kind, made when it is first asked for."""
 
-    def made_folder(name: str) -> Path:
-        (root / name).mkdir()
-        return root / name
+    def new(name: str) -> Path:
+        return tmp_path_factory.mktemp(f"{name} here")
 
+    @cache
     def folder(kind: str) -> Path:
-        if kind not in made:
-            made[kind] = makers[kind]()
-            assert kind_of(made[kind]) == kind
-        return made[kind]
+        made = {
+            "run": lambda: page_folders.run(new("run")),
+            "identification": lambda: page_folders.identification(new("more") / "again", folder("run")),
+            "check": lambda: page_folders.check(new("more") / "check", folder("run")),
+            "monte-carlo": lambda: page_folders.study(new("study")),
+            "sensitivity": lambda: page_folders.budget(new("budget")),
+            "comparison": lambda: page_folders.comparison(new("more") / "comparison"),
+        }[kind]()
+        assert kind_of(made) == kind
+        return made
 
     return folder
 
@@ -53,62 +51,31 @@ def chromium():
         browser.close()
 
 
-@pytest.fixture(scope="module")
-def seen(folders, chromium):
-    """Pages opened once each, by kind: the page, what its console said, what it asked for."""
-    opened: dict[str, tuple] = {}
-
-    def open_page(kind: str) -> tuple:
-        if kind not in opened:
-            path = folders(kind) / "report.html"
-            path.write_text(renderer("html")(page_of(folders(kind)), Page()))
-            view, said, asked = chromium.new_page(viewport={"width": 1280, "height": 900}), [], []
-            view.on("console", lambda message: said.append(message.text))
-            view.on("pageerror", lambda error: said.append(str(error)))
-            view.on("request", lambda request: asked.append(request.url))
-            view.goto(path.as_uri())
-            opened[kind] = view, said, asked, path
-        return opened[kind]
-
-    return open_page
-
-
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_page_is_complete_without_a_script_and_asks_for_nothing(kind, seen):
-    view, said, asked, path = seen(kind)
-    assert said == []
-    assert asked == [path.as_uri()]
+def test_a_page_is_complete_without_a_script_asks_for_nothing_and_is_read_by_everybody(kind, folders, chromium):
+    from axe_playwright_python.sync_playwright import Axe
+
+    path = folders(kind) / "report.html"
+    path.write_text(renderer("html")(page_of(folders(kind)), Page()))
+    view, said, asked = chromium.new_page(viewport={"width": 1280, "height": 900}), [], []
+    view.on("console", lambda message: said.append(message.text))
+    view.on("pageerror", lambda error: said.append(str(error)))
+    view.on("request", lambda request: asked.append(request.url))
+    view.goto(path.as_uri())
     assert view.locator("script:not([type='application/json'])").count() == 0
     assert view.locator(".plot svg").count() == view.locator(".plot").count() > 1
     assert view.evaluate("window.pwned") is None
     assert view.locator("img").count() == 0
     if kind in ("run", "monte-carlo", "comparison"):
         assert page_folders.NAME in view.locator("main").inner_text()
-    colours = []
+    colours, serious = set(), []
     for scheme in ("dark", "light"):
         view.emulate_media(color_scheme=scheme)
-        style = "getComputedStyle(document.querySelector('.plot svg text')).fill"
-        colours.append(view.evaluate(style))
-    assert len(set(colours)) == 2
-
-
-@pytest.mark.parametrize(
-    "kind", ["comparison", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("run", *MORE[1:]))]
-)
-def test_axe_has_no_serious_finding(kind, seen):
-    from axe_playwright_python.sync_playwright import Axe
-
-    view = seen(kind)[0]
-    for scheme in ("dark", "light"):
-        view.emulate_media(color_scheme=scheme)
+        colours.add(view.evaluate("getComputedStyle(document.querySelector('.plot svg text')).fill"))
         found = [each for each in Axe().run(view).response["violations"] if each["impact"] in ("serious", "critical")]
-        assert [(each["id"], each["nodes"][0]["html"]) for each in found] == []
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_narrow_page_scrolls_not_sideways_and_breaks_no_number_unit_or_option(kind, seen):
-    view = seen(kind)[0]
-    for width in (1280, 390):
+        serious += [(each["id"], each["nodes"][0]["html"]) for each in found]
+    assert (len(colours), serious, said, asked) == (2, [], [], [path.as_uri()])
+    for width in (1280, 390):  # a narrow page scrolls not sideways, and breaks no number, unit or option
         view.set_viewport_size({"width": width, "height": 844})
         assert view.evaluate("document.documentElement.scrollWidth") <= width
     broken = view.evaluate(
@@ -119,4 +86,3 @@ def test_a_narrow_page_scrolls_not_sideways_and_breaks_no_number_unit_or_option(
     )
     assert view.locator(".whole").count() > 0
     assert broken == []
-    view.set_viewport_size({"width": 1280, "height": 900})

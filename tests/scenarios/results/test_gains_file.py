@@ -115,28 +115,17 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
         (b'{"gains": [{"joint": 1, "estimate": NaN, "std": 0.1}]}', "gains.1.estimate"),
         ("[[gains]", "not TOML"),
         ("", "is empty"),
-        ("format = 2\n" + MINIMAL, "format: input should be 1, got 2"),
         ("metod = 'nls'\n" + MINIMAL, "unknown key metod; did you mean 'method'"),
-        ("method = 'x'", "no gains; expected a gains file"),
         (MINIMAL.replace("joint = 2", "joint = 3"), r"gains of joints \[1, 3\]; expected 1 to n"),
         (MINIMAL.replace("std = 0.2", ""), "gains.2: std is missing; give it, or identifiable = false"),
-        (MINIMAL.replace("std = 0.2", "std = -0.2"), "gains.2.std: input should be greater than or equal to 0"),
         (
             MINIMAL.replace("estimate = -3.5", "estimate = 0.0"),
             "joint 2: a gain of 0 is invalid; refuse the joint instead",
         ),
         (MINIMAL + "identifiable = false", "gains.2: refused but has a number"),
         (MINIMAL.replace("std = 0.2", "identifiable = false"), "gains.2: refused but has a number"),
-        (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),
         ("covariance = [[0.01, 0.0], [0.0, 0.05]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.2236"),
-        ("covariance = [[0.01, 0.0], [0.0, 0.0025]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.05"),
-        (
-            "covariance = [[0.01, 0.0], [0.0, 0.04001]]\n" + MINIMAL,
-            "gains.2.std = 0.2, but the covariance has 0.200025",
-        ),
-        ("covariance = [[0.01]]\n" + MINIMAL, r"covariance: rows of \[1\] numbers; expected 2 of 2"),
         ("covariance = [[0.01, 0.03], [0.03, 0.04]]\n" + MINIMAL, "negative eigenvalue"),
-        (MINIMAL + "[model]\nname = 'x'\nsha256 = 'abc'", "model.sha256: string should match pattern"),
     ],
 )
 def test_what_is_no_gains_file_is_refused_in_one_line(tmp_path: Path, text, words):

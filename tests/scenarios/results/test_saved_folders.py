@@ -9,6 +9,7 @@ import numpy as np
 import page_folders
 import pytest
 
+from ident.diagnosis.diagnosis import Diagnosis
 from ident.estimation.estimators import estimator
 from ident.estimation.problem import ObservedMotion
 from ident.preparation import SIMULATED, prepare
@@ -24,7 +25,6 @@ from scenarios.results.gains import Result
 from scenarios.results.pages import kind_of, page_of, with_picture
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
-from scenarios.support.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,11 @@ def test_the_rows_of_a_run_are_saved_as_they_were_found(saved, again):
 
 def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(again):
     prepared, estimate = again
-    problem, logs = prepared.problem, [motion.recording for motion in prepared.motions]
+    bare, heavy = prepared.problem.motions  # of which the clock of one does not begin at zero
+    joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
+    later = ObservedMotion(replace(heavy.observation, joints=joints), heavy.payload)
+    problem, logs = replace(prepared.problem, motions=(bare, later)), [motion.recording for motion in prepared.motions]
+    logs[1] = replace(logs[1], t=logs[1].t + 1200.25)
     start = begins(logs)
     assert start[0] == 0.0
     motion, rows, removed = fit_rows(problem, estimate, 1, logs)
@@ -91,21 +95,6 @@ def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(again):
         assert not behind.moving[edge - 1, 1]
 
 
-def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(again):
-    prepared, estimate = again
-    bare, heavy = prepared.problem.motions
-    joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
-    moved = ObservedMotion(replace(heavy.observation, joints=joints), heavy.payload)
-    logs = [motion.recording for motion in prepared.motions]
-    later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
-    problem = replace(prepared.problem, motions=(bare, moved))
-    here, there = fit_rows(prepared.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
-    shift = there[1]["time"] - here[1]["time"]
-    np.testing.assert_allclose(shift, 1200.25 * here[0], rtol=0, atol=1e-9)  # rounding, as below
-    np.testing.assert_allclose(there[1]["t"], here[1]["t"], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(there[2], here[2], rtol=0, atol=1e-9)
-
-
 def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
     for name in ("ident.identification.prepare", "ident.preparation.examined", "ident.preparation.prepare"):
         monkeypatch.setattr(name, None)
@@ -122,27 +111,23 @@ def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monke
     assert [line.get_xdata()[0] for line in above.lines[2:]] == list(fit.begins[:2])
 
 
-def test_a_folder_without_rows_is_of_an_older_version(copied):
-    record = json.loads((copied / "record.json").read_text())
-    del record["files"]["fit-rows.parquet"]
-    (copied / "record.json").write_text(json.dumps(record))
-    (copied / "fit-rows.parquet").unlink()
-    with pytest.raises(ScenarioError, match=r"fit-rows\.parquet: not rows of this version of rx90: .*; save it again"):
-        page_of(copied)
-
-
-def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
-    folder = page_folders.identification(tmp_path / "again", saved)
+def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path, monkeypatch):
+    late = (6.8e-3, Diagnosis(name="delay", sentence="the currents are logged late"))
+    monkeypatch.setattr("ident.preparation.common_delay", lambda _: late)
+    folder = page_folders.identification(tmp_path / "again", saved, "--current-delay", "auto")
     report = page_of(folder)
     assert report.title == "Drive gains of rx90 by ls-2011"
-    assert recorded_problem(folder, read_record(folder)).observing.cutoff_hz == 14.0
+    observing = recorded_problem(folder, read_record(folder)).observing
+    assert (observing.cutoff_hz, observing.current_delay) == (14.0, -6.8e-3)
     assert [motion.log for motion in read_fit(folder).motions] == page_folders.logs(saved)
     table = next(part for part in report.parts if isinstance(part, Table))
     for gain, row in zip(read_result(folder, Result).gains, table.rows, strict=True):
         assert row[7].text == f"{100 * gain.residual_share:.1f}"
     assert report.parts[0].text.startswith("4 of 6 gains identified, ±")
     assert report.parts[0].strong
-    assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
+    again = [part.text for part in report.parts if isinstance(part, Line)][1]
+    assert "--cutoff-hz 14.0" in again
+    assert "delay=-0.0068" in again
 
 
 def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatch):
@@ -208,6 +193,14 @@ def removed(name: str) -> Callable[[Path], None]:
     return lambda folder: (folder / name).unlink()
 
 
+def without_rows(folder: Path) -> None:
+    """As an older version leaves it."""
+    record = json.loads((folder / "record.json").read_text())
+    del record["files"]["fit-rows.parquet"]
+    (folder / "record.json").write_text(json.dumps(record))
+    (folder / "fit-rows.parquet").unlink()
+
+
 def replaced(name: str, text: str) -> Callable[[Path], None]:
     return lambda folder: (folder / name).write_text(text) and None
 
@@ -221,6 +214,7 @@ def replaced(name: str, text: str) -> Callable[[Path], None]:
         (replaced("record.json", '{"kind": "run"}'), "save it again"),
         (removed("loaded.parquet"), "loaded.parquet: No such file"),
         (replaced("fit-rows.parquet", "PAR1"), "fit-rows.parquet: is not the file that record.json names"),
+        (without_rows, "fit-rows.parquet: not rows of this version of rx90: "),
         (shutil.rmtree, "not a folder"),
         (
             lambda folder: [path.unlink() for path in folder.iterdir()],

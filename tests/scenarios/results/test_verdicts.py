@@ -115,6 +115,7 @@ def test_a_weight_is_suspect_where_joints_agree_and_a_joint_where_it_departs_fro
         (one_off, {}, "; joint 4 differs from them by -18 % (2 sigma 2.1 %): its gain is off"),
         (one_off, {}, "the mass from joints 1, 2 and 3 is off by the same +5.1 %"),
         ((0.003, 0.09, -0.004, 0.002), {}, "FAILED: gains are off: joint 2 by +9 %"),
+        ((0.05, 0.003, -0.09, 0.002, -0.004), {}, "gains are off: joint 3 by -9 % (2 sigma 2 %), joint 1 by +5 %"),
     ):
         verdict, *_ = Verification.of(weighing(*errors, **more), Diagnosed()).report("").parts
         assert said in verdict.text

@@ -36,18 +36,6 @@ def test_a_byte_a_file_more_or_a_file_less_is_seen_and_named_and_what_python_der
     assert {name for name in files() if name in changed and changed[name] != files()[name]} == edited
 
 
-def test_versions_change_with_the_files(monkeypatch):
-    import scenarios.support.versions as module
-
-    before = versions()["code"]
-    versions.cache_clear()
-    with monkeypatch.context() as patched:
-        patched.setattr(module, "files", lambda: {**files(), "sim/record.py": "0" * 16})
-        assert versions()["code"] != before
-    versions.cache_clear()
-    assert versions()["code"] == before
-
-
 def test_an_optional_package_is_recorded_where_it_is_installed(monkeypatch):
     monkeypatch.setattr("scenarios.support.versions.PACKAGES", ("scipy", "numpy", "no-such-package"))
     monkeypatch.setattr("scenarios.support.versions.OF_EXTRAS", ("numpy", "no-such-package"))

@@ -11,6 +11,7 @@ import io
 import re
 from array import array
 from collections.abc import Iterable, Sequence, Set
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -117,10 +118,12 @@ def _unstacked(header: list[str], rows: Iterable[list[str]], time: str, series: 
         row = wide.setdefault(cells[at], {time: cells[at]})
         named = {f"{header[k]}[{cells[by]}]": cell for k, cell in enumerate(cells) if k not in (at, by)}
         if named.keys() & row.keys():
-            raise RecordingError(f"two rows of {shown(cells[by])} have {time} = {cells[at]}")
+            raise RecordingError(f"two rows of {shown(cells[by])} have {time} = {cells[at]}; keep one of them")
         row |= named
-    names = list(dict.fromkeys(name for row in wide.values() for name in row))
-    return names, ["\t".join(row.get(name, "") for name in names) for row in wide.values()]
+    names, ordered = list(dict.fromkeys(name for row in wide.values() for name in row)), list(wide.values())
+    with suppress(ValueError):  # which is refused where it is read
+        ordered.sort(key=lambda row: float(row[time].replace(",", ".", 1)))
+    return names, ["\t".join(row.get(name, "") for name in names) for row in ordered]
 
 
 def _date(cell: str) -> float:

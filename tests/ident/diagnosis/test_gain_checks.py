@@ -13,6 +13,7 @@ from known_logs import BRICK, mounted
 from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, three_axes
 
+from ident.diagnosis import gain_checks
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.gain_checks import (
     FACTOR,
@@ -152,6 +153,27 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
     for each in said.effects[1:]:  # that of joint 1 is refused
         np.testing.assert_allclose(each.percent, 100.0 * moved[each.joint], rtol=1e-9)
         np.testing.assert_allclose(each.deviations, (moved / spread)[each.joint], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("moved", "share", "doubted"), [(0.11, 0.4, 1), (-0.11, 0.4, 1), (0.05, 1.7, 1), (0.06, 0.4, 0)]
+)
+def test_a_gain_is_doubted_where_an_unbiased_one_differs_or_noise_exceeds_its_load(monkeypatch, moved, share, doubted):
+    def gains(first: float) -> SimpleNamespace:  # two deviations of the difference of two are 8.5 %
+        own = {"residual_std": 0.18, "payload_std": 0.0, "model_std": 0.0}
+        return SimpleNamespace(
+            identified={j: SimpleNamespace(value=6.0 * x, **own) for j, x in enumerate((first, 1.0))}
+        )
+
+    problem = SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2)), motions=(None,))
+    monkeypatch.setattr(gain_checks, "noise_in_load", lambda _: np.array([share, 0.2]))
+    monkeypatch.setattr(gain_checks, "instrumental_gains", lambda _: gains(1.0))
+    said = [*gain_checks.encoder_noise(problem, gains(1.0 + moved))]
+    assert [(one.severity, len(one.effects), one.effects[0].joint) for one in said] == [(Severity.WEAK, 1, 0)] * doubted
+    for one in said:
+        spread = np.hypot(0.03, 0.03 / (1.0 + moved))
+        found = (one.effects[0].percent, one.effects[0].deviations)
+        np.testing.assert_allclose(found, (100.0 * moved, moved / spread), rtol=1e-9)
 
 
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):

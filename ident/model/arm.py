@@ -43,6 +43,12 @@ PARTS = {
     "mimic": {},
 }
 """Kinematic elements of a joint of a URDF with their attributes; a misspelt one would leave a default."""
+MASSES = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "mass": {"value": 1},
+    "inertia": {"ixx": 1, "ixy": 1, "ixz": 1, "iyy": 1, "iyz": 1, "izz": 1},
+}
+"""Elements of an inertial of a link of a URDF with their attributes."""
 EXPAND = "this is a xacro template; run xacro first, and give the file that it writes"
 
 
@@ -284,6 +290,11 @@ def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> Min
     links, joints = root.findall("link"), root.findall("joint")
     if not 0 < len(links) <= MOST_LINKS:
         raise RobotModelError(f"{title(root)}: {len(links)} links, expected 1 to {MOST_LINKS}")
+    for part in (each for link in links for each in link.iterfind("inertial/*")):
+        if part.tag in MASSES:
+            check_attributes(part, MASSES[part.tag])
+        elif close := nearest(part.tag.lower(), MASSES):
+            raise RobotModelError(f"{title(part)} in an inertial is unknown{close}")
     arm = ET.Element("robot", {"name": root.get("name") or path.stem})
     arm.extend([ET.Element("link", {"name": link.get("name", "")}) for link in links])
     arm.extend([_joint(joint) for joint in joints])

@@ -226,6 +226,13 @@ FAULTS = [
     (ros(more=GRIPPER), "finger_r", "joint 'grip_r': it mimics"),
     (menagerie(), "base", "no moving joint"),
     (
+        ros().replace("<mass value=", "<mass valu=", 1),
+        "tool0",
+        "line 1: mass: unknown attribute 'valu'; did you mean 'value'",
+    ),
+    (ros().replace('ixx="', 'ixx="0,', 1), "tool0", "line 1: inertia: ixx = .* is not a number"),
+    (ros().replace("<mass ", "<mas ", 1), "tool0", "line 1: mas in an inertial is unknown; did you mean 'mass'"),
+    (
         ros(more='<transmission name="d"><joint name="elbow"/><joint name="wrist"/></transmission>'),
         "tool0",
         "'d': it moves joints elbow and wrist together",

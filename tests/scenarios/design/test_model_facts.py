@@ -56,7 +56,7 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
 def test_a_number_that_no_arm_has_is_refused_with_its_place_and_one_that_limits_nothing_is_not_stated(tmp_path, capsys):
     for key, value, said in (
         ("MASS", "-7.5", "link 'arm' has a mass of -7.5 kg"),
-        ("MASS", "2,3", "'value' Element 'mass', line 2"),
+        ("MASS", "2,3", "line 2: mass: value = '2,3': '2,3' is not a number"),
         ("EFFORT", "4l", "'effort' Element 'limit', line 5"),
         ("SPEED", "1e7", "line 5: limit: velocity = '1e7': beyond 1e+06"),
         ("IZZ", "0.111", "'arm'"),

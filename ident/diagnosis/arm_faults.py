@@ -28,7 +28,10 @@ differentials."""
 
 
 def transmissions(logs: Logs) -> Iterator[Alternative]:
-    """Two neighbouring motors of which one or both turn by the sum or difference of both joints."""
+    """Two neighbouring motors of which one or both turn by the sum or difference of both joints.
+
+    The logged positions are those of the motors too, or still those of the joints.
+    """
     arm = logs.structure.arm
     pairs = range(arm.n - 1) if arm.transmission is None and not arm.couplings else ()
     for j, own in product(pairs, TURNING):
@@ -38,6 +41,15 @@ def transmissions(logs: Logs) -> Iterator[Alternative]:
             turns = enumerated([f"motor {j + k + 1} turns by {_sum(row, j)}" for k, row in enumerate(own) if all(row)])
             advice = f"state {_stated(A)} in the robot.toml (rx90 new-robot writes one)"
             yield _turned(logs, A, f"{turns}, and q and v are those of the motors", (j, j + 1), advice)
+            mixing = A - np.eye(arm.n)
+            if np.count_nonzero(mixing) == 1:
+                ((motor, joint),) = np.argwhere(mixing).tolist()
+                coupling = f"coupling = [[{motor + 1}, {round(mixing[motor, joint]) * (joint + 1)}]]"
+                found = _turned(logs, A, f"{turns}, and v alone is that of the motors", (j, j + 1), advice)
+                hypothesis = replace(logs.given.changed(logs.every, q_mixing=mixing), transmission=A)
+                yield replace(
+                    found, hypothesis=hypothesis, advice=f"{advice} and {coupling} in [q] of a log description"
+                )
 
 
 def misstated_transmissions(logs: Logs) -> Iterator[Alternative]:

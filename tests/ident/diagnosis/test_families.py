@@ -56,6 +56,21 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     np.testing.assert_allclose(2.0 * np.pi / counts * (percent[1] + zero), right[1], rtol=1e-3, atol=1e-3)  # 4 digits
 
 
+def test_positions_of_joints_beside_currents_of_motors_are_converted_as_advised(sound):
+    found = [each for each in arm_faults.transmissions(sound) if "v alone" in each.words]
+    assert [each.joints for each in found] == [(0, 1)] * 4 + [(1, 2)] * 4
+    q = np.arange(6.0).reshape(2, 3) ** 2 + 0.7
+    for each in found:
+        A, (own, *_) = each.hypothesis.transmission, each.hypothesis.logs
+        np.testing.assert_allclose(own.mixed(q), q @ A.T, rtol=1e-12)
+        assert f"transmission = {A.astype(int).tolist()} " in each.advice
+        pair = re.search(r"coupling = \[\[(\d), (-?\d)\]\] in \[q\]", each.advice)
+        motor, joint = int(pair[1]), int(pair[2])
+        converted = q.copy()
+        converted[:, motor - 1] += np.sign(joint) * q[:, abs(joint) - 1]  # as a log description does
+        np.testing.assert_allclose(converted, q @ A.T, rtol=1e-12)
+
+
 def test_the_advice_on_a_coupling_of_positions_undoes_it(sound):
     log, found = sound.recordings[1], list(column_faults.couplings(sound))
     assert len(found) == 8  # either neighbour of three joints, plus or minus

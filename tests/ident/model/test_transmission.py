@@ -137,3 +137,12 @@ def test_a_transmission_that_is_stated_and_that_motors_do_not_have_is_named(turn
     assert said in str(refused.value)
     rows = "state transmission = [[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 1, 1, 0, 0, 0], "
     assert (rows if turns else "state none in robot.toml") in str(refused.value)
+
+
+@pytest.mark.slow
+def test_currents_of_motors_beside_positions_of_joints_are_named():
+    A = np.eye(6)
+    A[2, 1] = 1.0
+    logs = [replace(m, recording=replace(m.recording, q=np.linalg.solve(A, m.recording.q.T).T)) for m in logs_of(A)]
+    with pytest.raises(Contradiction, match="motor 3 turns by joint 2 plus joint 3, and v alone is that of the motors"):
+        identify(arm_from_pinocchio(ur_like()), logs)

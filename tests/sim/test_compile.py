@@ -82,3 +82,31 @@ def test_velocity_and_acceleration_are_the_derivatives():
     np.testing.assert_allclose((after[0] - before[0]) / (2 * h), dq, rtol=0, atol=1e-7)
     np.testing.assert_allclose((after[1] - before[1]) / (2 * h), ddq, rtol=0, atol=1e-6)
     assert q.shape == dq.shape == ddq.shape == (50, 6)
+
+
+PERIODS, SUBSTEPS = 60, 2
+
+
+def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulation]:
+    return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
+
+
+def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(rng):
+    plants = [nominal_plant(gain=rng.uniform(0.5, 1.5, 6)) for _ in range(3)]
+    models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
+    start = rng.uniform(-0.5, 0.5, (6, 6))
+    currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
+    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=2)
+    batched = np.empty_like(currents)
+    for k in range(PERIODS):
+        engine.current[:] = currents[k]
+        engine.advance()
+        batched[k] = engine.q
+    for i, model in enumerate(models):
+        data = mujoco.MjData(model)
+        data.qpos[:] = start[i]
+        for k in range(PERIODS):
+            data.ctrl[:] = currents[k, i]
+            for _ in range(SUBSTEPS):
+                mujoco.mj_step(model, data)
+            np.testing.assert_array_equal(batched[k, i], data.qpos)

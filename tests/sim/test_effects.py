@@ -9,6 +9,7 @@ from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams, try_record
 from refusals import refused
 
+import sim.plant
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.motors import gain_at
 from sim.effects.transmissions import FASTEST_MODE
@@ -403,3 +404,21 @@ def test_a_table_needs_a_body_for_the_base():
         PlantError, match=r"table_hz = 4\.3 Hz: the first joint of .* is on body 'link0' without a base"
     ):
         plant_model(nominal_plant(errors=ModelErrors(**TABLE)), loaded=False, step=1e-3, read=lambda *_: spec)
+
+
+def contents(model: mujoco.MjModel) -> bytes:
+    buffer = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
+    effect, errors, plant = EFFECTS[name], ModelErrors(), nominal_plant()
+    effect.fits(errors, plant.robot, plant.drives)
+    assert not effect.acts(errors)
+    assert not effect.varies(errors)
+    with_it = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    monkeypatch.setattr(sim.plant, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})
+    without = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    assert with_it == without

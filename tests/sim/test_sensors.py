@@ -1,6 +1,7 @@
 from dataclasses import fields, replace
 
 import numpy as np
+import pytest
 from plants import streams
 from refusals import refused
 from scipy import signal
@@ -175,3 +176,14 @@ def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log():
         (replace(coloured, coloured_cutoff_hz=20.0), "coloured_cutoff_hz = 20 at 25 Hz: .* less than 12.5 Hz"),
     ):
         refused(PlantError, message, check_rate, options, 500.0)
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_a_sensor_whose_values_are_zero_reads_and_logs_the_truth(name):
+    effect, perfect, noise = SENSORS[name], SensorOptions(), noise_streams(np.random.default_rng(4))
+    assert effect.reader([perfect], [noise], 2) is None
+    t = np.arange(40) / 250.0
+    log = Log(t=t, q=np.sin(3.0 * t)[:, None] * [0.4, -1.3], v=np.cos(5.0 * t)[:, None] * [7.0, 2.5], rate_hz=250.0)
+    logged = effect.logs(perfect, log, noise)
+    for field in ("t", "q", "v"):
+        np.testing.assert_array_equal(getattr(logged, field), getattr(log, field))

@@ -18,6 +18,7 @@ def judged(scenario: Setup) -> np.ndarray:
     return np.moveaxis(np.array(rows, dtype=float), 2, 0)
 
 
+SILENT = "encoder_quantum", "encoder_noise", "current_white", "current_coloured"
 BUILT_IN = [
     "mass-only", "paper-noise", "sequential", "offset-payload", "coarse-encoder", "drift", "field", "field-two-weights",
 ]  # fmt: skip
@@ -30,6 +31,17 @@ def test_built_in_scenarios_pass(name):
     # Where a model error makes a bias, it is in them. In the default suite `test_cost` judges `gain-error-20`,
     # `test_scenarios` `nominal`, and `test_paper` holds the claims of `paper-noise`.
     assert run(setup(name), 0).verdict.passed
+
+
+@pytest.mark.usefixtures("_undiagnosed")
+def test_friction_without_noise_leaves_almost_nothing(tmp_path):
+    path = tmp_path / "quiet.toml"
+    silent = "".join(f"{name} = 0.0\n" for name in SILENT)
+    # Unknown zeros and tilt, and the form of load friction, would take up a part of what discretisation leaves.
+    told = 'options = { zero_std = 0.0, tilt_std = 0.0, friction = "viscous-coulomb" }'
+    path.write_text(f'extends = "nominal"\n[experiment.sensors]\n{silent}[identification]\n{told}\n')
+    verdict = run(setup(str(path)), 0).verdict
+    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1.5e-3
 
 
 def test_the_built_in_motion_keeps_every_limit_and_its_distance():

@@ -109,8 +109,8 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     size = float(ratio[place[worst]])
     return finding(
         None, "autocorrelation",
-        f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag_one(solution.rows, worst):z.2f}); the standard "
-        f"deviation that accounts for it {verb} {size:.2g} times that of white residuals",
+        f"joint {worst + 1}: the residuals' autocorrelation is {lag_one(solution.rows, worst):z.2f} at lag 1; the "
+        f"standard deviation that accounts for it {verb} {size:.2g} times that of white residuals",
         advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 

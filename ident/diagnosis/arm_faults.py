@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import STILL, Alternative, Logs, small
+from ident.diagnosis.hypothesis import STILL, Alternative, Hypothesis, Logs, small
 from ident.diagnosis.models import LARGEST_ANGLE, STEP, Reference, with_arm
 from ident.estimation.sweep import across
 from ident.support.arrays import Array
@@ -45,11 +45,9 @@ def transmissions(logs: Logs) -> Iterator[Alternative]:
             if np.count_nonzero(mixing) == 1:
                 ((motor, joint),) = np.argwhere(mixing).tolist()
                 coupling = f"coupling = [[{motor + 1}, {round(mixing[motor, joint]) * (joint + 1)}]]"
-                found = _turned(logs, A, f"{turns}, and v alone is that of the motors", (j, j + 1), advice)
-                hypothesis = replace(logs.given.changed(logs.every, q_mixing=mixing), transmission=A)
-                yield replace(
-                    found, hypothesis=hypothesis, advice=f"{advice} and {coupling} in [q] of a log description"
-                )
+                advice += f" and {coupling} in [q] of a log description"
+                read = logs.given.changed(logs.every, q_mixing=mixing)
+                yield _turned(logs, A, f"{turns}, and v alone is that of the motors", (j, j + 1), advice, read)
 
 
 def misstated_transmissions(logs: Logs) -> Iterator[Alternative]:
@@ -94,10 +92,12 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + float(more[0])))
 
 
-def _turned(logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str) -> Alternative:
+def _turned(
+    logs: Logs, A: Array, words: str, joints: tuple[int, ...], advice: str, read: Hypothesis | None = None
+) -> Alternative:
     return Alternative(
         family="transmission", words=words, joints=joints, logs=logs.every,
-        hypothesis=replace(logs.given, transmission=A), advice=advice,
+        hypothesis=replace(read or logs.given, transmission=A), advice=advice,
     )  # fmt: skip
 
 

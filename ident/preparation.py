@@ -246,6 +246,5 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
         undetectable=tuple(each for part in parts for each in part.undetectable),
-        undetectable_together=tuple(each for part in parts for each in part.undetectable_together),
         largest_undetected=next((each.largest_undetected for each in parts if each.largest_undetected), None),
     )

@@ -137,15 +137,13 @@ class Diagnosed:
     Attributes:
         diagnoses: One per check, the worst first.
         excluded: Faults that these logs exclude.
-        undetectable: Faults of single joints and of scales that these logs cannot reveal, one phrase each.
-        undetectable_together: Faults of all joints together that they cannot reveal, one phrase each.
+        undetectable: Faults that these logs cannot reveal, those of all joints together last, one phrase each.
         largest_undetected: The fault that they do not exclude with the largest effect on a gain, None without one.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     undetectable: tuple[str, ...] = ()
-    undetectable_together: tuple[str, ...] = ()
     largest_undetected: str | None = None
 
     @property

@@ -40,8 +40,7 @@ def limits_of(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
     sizes = undetected_sizes(seen)
     return Diagnosed(
         excluded=(*exclusions(seen, sizes, base), *(() if base is None else centres_excluded(base))),
-        undetectable=tuple(undetectable(seen, sizes, base)),
-        undetectable_together=tuple(undetectable_together(seen, sizes)),
+        undetectable=(*undetectable(seen, sizes, base), *undetectable_together(seen, sizes)),
         largest_undetected=None if base is None else largest_undetected(seen, sizes, base),
     )
 

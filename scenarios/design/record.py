@@ -233,7 +233,7 @@ def instructions(setup: Setup, recorded: Recorded, name: str, expected: Diagnose
             "Positions and currents from one clock, unfiltered if possible. State the kind of current: measured or "
             "commanded, in A, or a torque with its constant."
         ),
-        *horizon_fold(expected.excluded, (*expected.undetectable, *expected.undetectable_together), expected=True),
+        *horizon_fold(expected.excluded, expected.undetectable, expected=True),
         Heading("Check before"),
         *map(Paragraph, BEFORE),
         Heading("Safety"),

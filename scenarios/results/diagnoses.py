@@ -51,8 +51,11 @@ class DiagnosedResult(ResultModel):
     @staticmethod
     def values_of(found: Diagnosed) -> dict[str, Any]:
         """Return the values of these fields."""
-        untold = [*found.undetectable, *found.undetectable_together]
-        return {"diagnoses": list(found.diagnoses), "excluded": list(found.excluded), "untold": untold}
+        return {
+            "diagnoses": list(found.diagnoses),
+            "excluded": list(found.excluded),
+            "untold": list(found.undetectable),
+        }
 
     @property
     def counted(self) -> str:

@@ -45,8 +45,7 @@ FOUND = Diagnosed(
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
-    undetectable=("zero of q1",),
-    undetectable_together=("whether q4 is negated",),
+    undetectable=("zero of q1", "whether q4 is negated"),
 )
 MASS = CostQuantity(
     quantity="mass", unit="kg", true=None, stated=7.0, assumed=6.5, assumed_std=0.1, found=None, found_std=None
@@ -80,7 +79,7 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
-    (fold,) = horizon_fold(FOUND.excluded, (*FOUND.undetectable, *FOUND.undetectable_together))
+    (fold,) = horizon_fold(FOUND.excluded, FOUND.undetectable)
     assert [[cell.text for cell in row] for row in fold.rows] == [
         ["delays beyond 5 ms", "excluded"],
         ["another sign (7 of 12 cases)", "excluded"],
@@ -219,8 +218,7 @@ def test_programs_are_given_every_diagnosis_with_joints_from_1_and_it_is_read_ba
     (tmp_path / RESULT).write_text(to_json(document))
     again = read_result(tmp_path, Result)
     assert again == result
-    both = (*FOUND.undetectable, *FOUND.undetectable_together)
-    assert again.found == replace(FOUND, undetectable=both, undetectable_together=())
+    assert again.found == FOUND
 
 
 def test_the_motion_of_a_joint_has_its_unit(arm):

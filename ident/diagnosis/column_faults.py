@@ -228,11 +228,14 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     own = np.isin(np.arange(logs.structure.arm.n), joints) | (not joints)
     what = f"v{joints[0] + 1} is" if joints else "all currents are"
     words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
+    advice = "use one unit and one sign of the current in all logs"
+    if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
+        advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     return Alternative(
         family="current sign" if scale < 0.0 else "current scale", parameter="current scale",
         words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
         hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
-        advice="use one unit and one sign of the current in all logs", value=scale, unit="",
+        advice=advice, value=scale, unit="",
         refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),
     )  # fmt: skip
 

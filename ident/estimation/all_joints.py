@@ -258,8 +258,8 @@ class Fit:
     @cached_property
     def residual(self) -> Array:
         """Residuals [drive units], padded, shape (n, B, w)."""
-        R, Q = self.model.blocks.R, self.model.own.Q
-        return ((R @ self.rest[:, None, :, None]) - Q @ self.c[:, None, :, None])[..., 0]
+        left = self.model.blocks.times(self.rest[:, None, :, None]) - self.model.own.Q @ self.c[:, None, :, None]
+        return left[..., 0]
 
     @property
     def fitted_currents(self) -> Array:
@@ -270,8 +270,7 @@ class Fit:
     def predicted(self) -> Array:
         """Errors of the prediction of each time block from the others [drive units], padded, shape (n, B, w)."""
         du, dc, _ = self.without_blocks
-        R, Q = self.model.blocks.R[..., :-1], self.model.own.Q
-        moved = R @ self._moved(du)[..., None] + Q @ dc[..., None]
+        moved = self.model.blocks.times(self._moved(du)[..., None]) + self.model.own.Q @ dc[..., None]
         return self.residual - moved[..., 0]
 
     @cached_property
@@ -341,9 +340,8 @@ class Fit:
             ) from None
         inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
         own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)
-        Q, R = model.own.Q, model.blocks.R[..., :-1]
-        basis[:, n * f :] = layout.rows(Q @ inner[:, None, :f] + R @ inner[:, None, f:])
-        mine = layout.rows(Q @ own[:, None])
+        basis[:, n * f :] = layout.rows(model.own.Q @ inner[:, None, :f] + model.blocks.times(inner[:, None, f:]))
+        mine = layout.rows(model.own.Q @ own[:, None])
         for j in range(n):
             basis[layout.joint == j, j * f : (j + 1) * f] = mine[layout.joint == j]
         return Rows(
@@ -386,7 +384,7 @@ class Sensitivity:
         """Derivative by the current of each row, shape (q, r)."""
         model, f = self.fit.model, self.by_c.shape[2]
         x = flipped(self._by_columns)[:, None]
-        return model.blocks.layout.rows(model.own.Q @ x[:, :, :f] + model.blocks.R[..., :-1] @ x[:, :, f:]).T
+        return model.blocks.layout.rows(model.own.Q @ x[:, :, :f] + model.blocks.times(x[:, :, f:])).T
 
     @cached_property
     def belief(self) -> Array:

@@ -196,7 +196,7 @@ def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
     torques = torques_of(ready, fit(ready, {}, None).theta)[0]
     softened, behind = torques.softened(), torques.sweep.behind
     plain = torques.sweep.rows(softened)
-    inertia = np.mean(inertia_matrices(torques.arm, torques.links.chi, behind.states.q) ** 2, axis=0)
+    inertia = np.mean(inertia_matrices(torques.arm, torques.chi - torques.rotors, behind.states.q) ** 2, axis=0)
     own = torques.sweep.at_full_rate(np.einsum("skk->sk", softened))
     inertia[0, 1] = inertia[2, 1] = 0.0
     noise = np.array([0.0, 1e-12, 0.0])

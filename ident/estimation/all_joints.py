@@ -23,9 +23,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import lapack
 
-from ident.estimation.blocks import flipped
+from ident.estimation.blocks import flat, flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Rows, deviations, larger_of, rms
+from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, rms
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -331,7 +331,6 @@ class Fit:
         columns, model, n = self.ready.columns, self.model, len(self.h)
         f, k = len(model.names), len(self.z)
         layout, sigma = model.blocks.layout, model.sigma
-        basis = np.zeros((len(layout.place), n * f + n + k))
         try:
             root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
         except np.linalg.LinAlgError:
@@ -340,10 +339,13 @@ class Fit:
             ) from None
         inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
         own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)
-        basis[:, n * f :] = layout.rows(model.own.Q @ inner[:, None, :f] + model.blocks.times(inner[:, None, f:]))
-        mine = layout.rows(model.own.Q @ own[:, None])
-        for j in range(n):
-            basis[layout.joint == j, j * f : (j + 1) * f] = mine[layout.joint == j]
+        shared = model.own.Q @ inner[:, None, :f] + model.blocks.times(inner[:, None, f:])
+        ends, parts = np.concatenate(([0], np.cumsum(layout.counts))).tolist(), list[Part]()
+        for j, (mine, used) in enumerate(zip(model.own.Q @ own[:, None], model.own.used, strict=True)):
+            at = slice(ends[j], ends[j + 1])
+            Q = flat(np.concatenate((shared[j], mine[..., used]), axis=2)[None])[0]
+            number = np.concatenate((np.arange(n + k), n + k + np.flatnonzero(used) + j * f))
+            parts.append(Part(at, number, Q[layout.place[at] - j * len(Q)]))
         return Rows(
             V=model.blocks.rows_of_currents,
             residual=layout.rows(self.residual[..., None])[:, 0],
@@ -352,7 +354,7 @@ class Fit:
             position=columns.position,
             unknowns=dict(enumerate(self.unknowns.tolist())),
             weight=1.0 / sigma[columns.joint],
-            explained=basis[:, basis.any(axis=0)],
+            explained=Basis((len(layout.place), n + k + n * f), tuple(parts)),
         )
 
 

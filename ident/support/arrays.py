@@ -22,8 +22,10 @@ SINGULAR = 1e-6
 
 
 def readonly(values: npt.ArrayLike) -> Array:
-    """Return a read-only float64 copy of `values`, so that no two objects share writable memory."""
-    array = np.array(values, dtype=np.float64)
+    """Return `values` as read-only float64; no two objects share writable memory, so writable arrays are copied."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
     array.flags.writeable = False
     return array
 

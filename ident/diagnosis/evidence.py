@@ -91,8 +91,8 @@ class FreeFit:
             return np.asarray(np.linalg.solve(self._others, x), np.float64)
         left = x.copy()
         for own, rows, K in zip(left, self._by_block, self._others, strict=True):
-            Q = self.Q.at(rows) @ K.T
-            own[: len(rows)] += Q @ (Q.T @ own[: len(rows)])
+            Q = self.Q.at(rows)
+            own[: len(rows)] += Q @ (K.T @ (K @ (Q.T @ own[: len(rows)])))
         return left
 
     @property

@@ -136,8 +136,8 @@ class Alone:
         return x
 
     def extended(self, columns: Array, norms: Array) -> "Alone":
-        """Append columns without their own part, shape (n, B w, m), that had some norms, shape (n, m)."""
-        unit = self.outside(columns / np.where(norms > 0.0, norms, 1.0)[:, None])
+        """Append columns without their own part, shape (n, B w, m), that had some norms, 0 to omit one, shape (n, m)."""
+        unit = self.outside(columns * np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)[:, None])
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
@@ -206,13 +206,14 @@ class Blocks:
         raw = flat(layout.padded(np.hstack((A, kV, payload))))
         norms = np.linalg.norm(raw, axis=1)
         free, C = outside(flat(own.Q), raw)
-        inner = [*range(p), *range(p + 2, free.shape[2])]
-        alone = Alone((), np.count_nonzero(own.used, axis=1), free[:, :, p + 1].copy())
-        shared, kV, _ = (each.copy().reshape(*layout.shape, -1) for each in np.split(free, (p, p + 2), axis=2))
+        del raw
+        norms[:, p : p + 2] = 0.0
+        alone = Alone((), np.count_nonzero(own.used, axis=1), free[:, :, p + 1])
+        shared, kV, _ = np.split(free.reshape(*layout.shape, -1), (p, p + 2), axis=3)
         return cls(
             layout=layout, own=own, A=(shared,), kV=kV, C=C[:, :, : p + 2], std=np.full(p, np.inf), weight=np.ones(n),
             U=np.zeros((p, 0)), RR=np.zeros(0), FR=np.zeros(0),
-            alone=alone.extended(free[:, :, inner], norms[:, inner]),
+            alone=alone.extended(free, norms),
         )  # fmt: skip
 
     def joint(self, j: int) -> Array:

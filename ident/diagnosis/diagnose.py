@@ -15,7 +15,7 @@ from ident.diagnosis.effects import between, diagnosis_of, of_currents, of_ratio
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, by_least_squares, stated
 from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.gain_checks import encoder_noise
-from ident.diagnosis.hypothesis import Alternative, Logs, scored_as
+from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.lacks import Estimate, from_mass_alone, lacks_of
 from ident.diagnosis.limits import bounds, limits_of
@@ -55,6 +55,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     base = None if estimate is None or not by_least_squares(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
+    read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
     if known is not None and not of_logs:
         of_logs = [*known.beyond_first_order(seen)]

@@ -15,7 +15,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.effects import claimed
-from ident.diagnosis.evidence import BLOCKS, UNSEEN, Evidence, Fits, FreeFit, Score, each_added, fits_of
+from ident.diagnosis.evidence import BLOCKS, TOGETHER, UNSEEN, Evidence, Fits, FreeFit, Score, each_added, fits_of
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.models import numbered_blocks
 from ident.diagnosis.terms import payload_errors
@@ -78,8 +78,10 @@ class HeldOutEstimate:
     def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
         """Improvement by each of many directions, each added alone; None also for less than `worth`."""
         new = [each for each in directions if (each, worth) not in self._known]
-        found = each_added(self.fits, [(self.weighted(each),) for each in new], worth)
-        self._known.update(((each, worth), more) for each, more in zip(new, found, strict=True))
+        count = max(1, 4 * TOGETHER // len(self.fit.V))  # long columns are only made when they are compared
+        for some in (new[start : start + count] for start in range(0, len(new), count)):
+            found = each_added(self.fits, [(self.weighted(each),) for each in some], worth)
+            self._known.update(((each, worth), more) for each, more in zip(some, found, strict=True))
         return [self._known[each, worth] for each in directions]
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
@@ -90,7 +92,7 @@ class HeldOutEstimate:
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         new = left @ turn
         residual = fit.residual - new @ (turn.T @ (columns.T @ fit.residual))
-        return replace(self, fit=replace(fit, residual=residual, Q=np.column_stack((fit.Q, new))))
+        return replace(self, fit=replace(fit, residual=residual, Q=fit.Q.beside(new)))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
@@ -126,7 +128,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
     solution = estimate.solution if solution is None else solution
     rows = solution.rows
     fit = FreeFit(
-        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, runs=tuple(rows.runs()),
+        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained,
         block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
     )  # fmt: skip
     return HeldOutEstimate(problem, estimate, solution, fit)
@@ -140,7 +142,9 @@ def by_least_squares(estimate: GainEstimate) -> bool:
     if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
         return False  # an exact fit, which no recording has
     weighted = solution.influence / rows.weight
-    gram = rows.explained.T @ rows.explained
-    along = np.linalg.lstsq(gram, rows.explained.T @ weighted.T, rcond=None)[0]
-    left = np.linalg.norm(rows.explained @ along - weighted.T)
+    gram = np.zeros((rows.explained.shape[1],) * 2)
+    for _, columns, Q in rows.explained.parts:
+        gram[np.ix_(columns, columns)] += Q.T @ Q
+    along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
+    left = np.linalg.norm(rows.explained.times(along) - weighted.T)
     return bool(left < LINEAR * np.linalg.norm(weighted))

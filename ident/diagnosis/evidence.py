@@ -23,6 +23,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
+from ident.estimation.intervals import Basis
 from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
@@ -37,10 +38,9 @@ class FreeFit:
 
     V: Array  # currents [drive units], shape (r,)
     residual: Array  # residuals, shape (r,)
-    Q: Array  # orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p)
+    Q: Basis  # orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p)
     block: Indices  # time block of each row, numbered through all logs, shape (r,)
     blocks: int  # number of blocks of all logs
-    runs: tuple[slice, ...] = (slice(None),)  # consecutive slices of the rows; on each, some columns of Q may be zero
 
     @property
     def freedom(self) -> int:
@@ -49,25 +49,12 @@ class FreeFit:
 
     def inside(self, columns: Array) -> Array:
         """Return the coordinates of columns, shape (r, k), in the basis Q, shape (p, k)."""
-        inside = np.zeros((self.Q.shape[1], columns.shape[1]))
-        for rows, Q, felt in self._parts:
-            own = np.flatnonzero(columns[rows].any(axis=0))
-            inside[np.ix_(felt, own)] += Q.T @ columns[rows, own]
-        return inside
+        return self.Q.against(columns)
 
     def without(self, columns: Array) -> Array:
         """Return the residuals of columns, shape (r, k) or (r,), in this fit."""
         given = columns.reshape(len(columns), -1)
-        inside, left = self.inside(given), np.empty_like(given)
-        for rows, Q, felt in self._parts:
-            left[rows] = given[rows] - Q @ inside[felt]
-        return left.reshape(columns.shape)
-
-    @cached_property
-    def _parts(self) -> list[tuple[slice, Array, Indices]]:
-        """The slices of rows, the non-zero columns of Q on each, and their indices."""
-        parts = ((rows, np.flatnonzero(self.Q[rows].any(axis=0))) for rows in self.runs)
-        return [(rows, np.ascontiguousarray(self.Q[rows, felt]), felt) for rows, felt in parts]
+        return (given - self.Q.times(self.inside(given))).reshape(columns.shape)
 
     @cached_property
     def width(self) -> int:
@@ -77,10 +64,16 @@ class FreeFit:
     @cached_property
     def place(self) -> Indices:
         """Index of each row among blocks that are padded to the longest; rows of a block are contiguous, shape (r,)."""
-        order, counts = np.argsort(self.block, kind="stable"), np.bincount(self.block, minlength=self.blocks)
-        place, block = np.empty_like(order), self.block[order]
-        place[order] = block * self.width + np.arange(len(order)) - (np.cumsum(counts) - counts)[block]
+        place = np.empty(len(self.V), np.intp)
+        for b, rows in enumerate(self._by_block):
+            place[rows] = b * self.width + np.arange(len(rows))
         return place
+
+    @cached_property
+    def _by_block(self) -> list[Indices]:
+        """Indices of the rows of each block."""
+        order, counts = np.argsort(self.block, kind="stable"), np.bincount(self.block, minlength=self.blocks)
+        return np.split(order, np.cumsum(counts)[:-1])
 
     def padded(self, x: Array) -> Array:
         """Rows (r, k) by block, shape (blocks, m, k)."""
@@ -94,9 +87,13 @@ class FreeFit:
 
     def by_block(self, x: Array) -> Array:
         """The same for padded columns, both of shape (blocks, m, k)."""
-        if self._long:
-            return x + self._others @ (self._others.swapaxes(1, 2) @ x)
-        return np.asarray(np.linalg.solve(self._others, x), np.float64)
+        if not self._long:
+            return np.asarray(np.linalg.solve(self._others, x), np.float64)
+        left = x.copy()
+        for own, rows, K in zip(left, self._by_block, self._others, strict=True):
+            Q = self.Q.at(rows)
+            own[: len(rows)] += Q @ (K.T @ (K @ (Q.T @ own[: len(rows)])))
+        return left
 
     @property
     def _long(self) -> bool:
@@ -104,18 +101,18 @@ class FreeFit:
 
     @cached_property
     def _others(self) -> Array:
-        """`I - Q_b Q_b'` of every block, shape (blocks, m, m); of long blocks K, shape (blocks, m, p).
+        """`I - Q_b Q_b'` of every block, shape (blocks, m, m); of long blocks L^-1, shape (blocks, p, p).
 
         Blocks with more than twice as many rows as columns are predicted with matrices of the columns' size, in time
         proportional to the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
 
             (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
         """
-        Q = self.padded(self.Q)
-        if not self._long:
-            return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
-        L = np.linalg.cholesky(np.eye(Q.shape[2]) - Q.swapaxes(1, 2) @ Q)
-        return readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2))
+        if self._long:
+            of_blocks = (self.Q.at(rows) for rows in self._by_block)
+            return np.linalg.inv(np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks]))
+        Q = self.padded(self.Q.at(np.arange(len(self.V))))
+        return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
 
 
 def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
@@ -126,7 +123,7 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
     gram[np.diag_indices_from(gram)] += RIDGE
     L = linalg.cholesky(gram, lower=True, check_finite=False)
     Q = linalg.solve_triangular(L, unit.T, lower=True, check_finite=False).T
-    return FreeFit(V=V, residual=V - Q @ (Q.T @ V), Q=Q, block=block, blocks=blocks)
+    return FreeFit(V=V, residual=V - Q @ (Q.T @ V), Q=Basis.of(Q), block=block, blocks=blocks)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

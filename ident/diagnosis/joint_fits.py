@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.estimation.estimate import FRICTION_Z, largest
-from ident.estimation.intervals import Rows, max_of_classical_and_jackknife
+from ident.estimation.intervals import Basis, Rows, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.estimation.rows import joint_rows
@@ -42,7 +42,7 @@ def friction_z(problem: Problem, joint: int) -> Array:
     influence = readonly(kinds @ (Vt[:rank].T / s[:rank]) @ Q.T)  # at typical speed; dependent columns share equally
     fitted = Rows(
         V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
-        position=rows.position, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)), explained=Q,
+        position=rows.position, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)), explained=Basis.of(Q),
     )  # fmt: skip
     std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
     return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)

@@ -131,9 +131,9 @@ class Reference:
 
     def explained(self, log: int) -> tuple[Array, ...]:
         """Fitted currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
-        rows = self.fitted.rows
-        found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
-        return tuple(found[rows.of(j)] for j in range(self.ready.n))
+        columns = self.ready.columns
+        found = np.where(columns.motion == log, self.fitted.fitted_currents, 0.0)
+        return tuple(found[columns.joint == j] for j in range(self.ready.n))
 
     def within(
         self, columns: Sequence[Array], logs: Sequence[int], joints: Sequence[int] | None = None

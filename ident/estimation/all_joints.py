@@ -23,9 +23,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import lapack
 
-from ident.estimation.blocks import flipped
+from ident.estimation.blocks import flat, flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Rows, deviations, larger_of, rms
+from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, rms
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -258,8 +258,8 @@ class Fit:
     @cached_property
     def residual(self) -> Array:
         """Residuals [drive units], padded, shape (n, B, w)."""
-        R, Q = self.model.blocks.R, self.model.own.Q
-        return ((R @ self.rest[:, None, :, None]) - Q @ self.c[:, None, :, None])[..., 0]
+        left = self.model.blocks.times(self.rest[:, None, :, None]) - self.model.own.Q @ self.c[:, None, :, None]
+        return left[..., 0]
 
     @property
     def fitted_currents(self) -> Array:
@@ -270,8 +270,7 @@ class Fit:
     def predicted(self) -> Array:
         """Errors of the prediction of each time block from the others [drive units], padded, shape (n, B, w)."""
         du, dc, _ = self.without_blocks
-        R, Q = self.model.blocks.R[..., :-1], self.model.own.Q
-        moved = R @ self._moved(du)[..., None] + Q @ dc[..., None]
+        moved = self.model.blocks.times(self._moved(du)[..., None]) + self.model.own.Q @ dc[..., None]
         return self.residual - moved[..., 0]
 
     @cached_property
@@ -332,7 +331,6 @@ class Fit:
         columns, model, n = self.ready.columns, self.model, len(self.h)
         f, k = len(model.names), len(self.z)
         layout, sigma = model.blocks.layout, model.sigma
-        basis = np.zeros((len(layout.place), n * f + n + k))
         try:
             root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
         except np.linalg.LinAlgError:
@@ -341,11 +339,13 @@ class Fit:
             ) from None
         inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
         own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)
-        Q, R = model.own.Q, model.blocks.R[..., :-1]
-        basis[:, n * f :] = layout.rows(Q @ inner[:, None, :f] + R @ inner[:, None, f:])
-        mine = layout.rows(Q @ own[:, None])
-        for j in range(n):
-            basis[layout.joint == j, j * f : (j + 1) * f] = mine[layout.joint == j]
+        shared = model.own.Q @ inner[:, None, :f] + model.blocks.times(inner[:, None, f:])
+        ends, parts = np.concatenate(([0], np.cumsum(layout.counts))).tolist(), list[Part]()
+        for j, (mine, used) in enumerate(zip(model.own.Q @ own[:, None], model.own.used, strict=True)):
+            at = slice(ends[j], ends[j + 1])
+            Q = flat(np.concatenate((shared[j], mine[..., used]), axis=2)[None])[0]
+            number = np.concatenate((np.arange(n + k), n + k + np.flatnonzero(used) + j * f))
+            parts.append(Part(at, number, Q[layout.place[at] - j * len(Q)]))
         return Rows(
             V=model.blocks.rows_of_currents,
             residual=layout.rows(self.residual[..., None])[:, 0],
@@ -354,7 +354,7 @@ class Fit:
             position=columns.position,
             unknowns=dict(enumerate(self.unknowns.tolist())),
             weight=1.0 / sigma[columns.joint],
-            explained=basis[:, basis.any(axis=0)],
+            explained=Basis((len(layout.place), n + k + n * f), tuple(parts)),
         )
 
 
@@ -386,7 +386,7 @@ class Sensitivity:
         """Derivative by the current of each row, shape (q, r)."""
         model, f = self.fit.model, self.by_c.shape[2]
         x = flipped(self._by_columns)[:, None]
-        return model.blocks.layout.rows(model.own.Q @ x[:, :, :f] + model.blocks.R[..., :-1] @ x[:, :, f:]).T
+        return model.blocks.layout.rows(model.own.Q @ x[:, :, :f] + model.blocks.times(x[:, :, f:])).T
 
     @cached_property
     def belief(self) -> Array:

@@ -5,7 +5,7 @@ block, row in the block. Cross products have the square of the condition number 
 columns that are orthonormal: F_j = Q_j R_j joint by joint; [A_j k_j V_j] without its part in the first own columns; and
 theta = U z such that the columns of z, of all joints with the weights h_j / sigma_j, are orthonormal. Then
 
-    e_j = R_j rest_j - Q_j c_j        rest_j = (-h_j z, -h_j, 1),  R_j = [Z_j k_j V_j]
+    e_j = R_j rest_j - Q_j c_j        rest_j = (-h_j z, -h_j, 1),  R_j = [Z_j k_j V_j],  Z_j = A_j U
 
 Leaving out a time block changes all unknowns by (N - N_b)^-1 J_b' e_b, from the same cross products: this is the
 jackknife and, with e_b, the prediction of the block by a fit without it.
@@ -125,19 +125,23 @@ class Own:
 class Alone:
     """The fit of each joint alone, with all its columns and free payloads."""
 
-    basis: Array  # orthonormal or zero columns, without the first own columns, shape (n, B w, q)
+    basis: tuple[Array, ...]  # orthonormal or zero columns, without the first own columns, shape (n, B w, q) together
     rank: Indices  # number of nonzero ones, shape (n,)
     left: Array  # currents without their part in own columns and basis, shape (n, B w)
 
+    def outside(self, x: Array) -> Array:
+        """Part of columns (n, B w, m) outside the basis."""
+        for Q in self.basis:
+            x = outside(Q, x)[0]
+        return x
+
     def extended(self, columns: Array, norms: Array) -> "Alone":
-        """Append columns without their own part, shape (n, B w, m), that had some norms, shape (n, m)."""
-        unit = columns / np.where(norms > 0.0, norms, 1.0)[:, None]
-        unit = outside(self.basis, unit)[0] if self.basis.shape[2] else unit
+        """Append columns without their own part, shape (n, B w, m), that had some norms, 0 to omit one, shape (n, m)."""
+        unit = self.outside(columns * np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)[:, None])
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
-        basis = np.concatenate((self.basis, new), axis=2)
-        return Alone(basis, self.rank + rank, outside(new, self.left[..., None])[0][..., 0])
+        return Alone((*self.basis, new), self.rank + rank, outside(new, self.left[..., None])[0][..., 0])
 
 
 def orthonormalising(gram: Array, tol: float) -> Array:
@@ -151,17 +155,20 @@ def orthonormalising(gram: Array, tol: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Rows of all joints, with cross products by time block. b own columns, k coordinates z of p shared parameters."""
+    """Rows of all joints, with cross products by time block. b own columns, k coordinates z of p shared parameters.
+
+    Z = A U is not stored, and appended columns are arrays of their own, so that models share all others.
+    """
 
     layout: Layout  # places of rows
     own: Own  # friction and offset
-    A: Array  # shared columns without their own part, shape (n, B w, p)
+    A: tuple[Array, ...]  # shared columns without their own part, shape (n, B, w, p) together
+    kV: Array  # k and V without their own part, shape (n, B, w, 2)
     C: Array  # coordinates of [A k V] in the own columns, shape (n, b, p + 2)
     std: Array  # prior standard deviation of each shared parameter about zero, infinite without a prior, shape (p,)
     weight: Array  # weights of the joints with which the columns of z are orthonormal, shape (n,)
     U: Array  # theta = U z, shape (p, k)
-    R: Array  # [Z k V] without their own part, shape (n, B, w, k + 2)
-    RR: Array  # their cross products, shape (n, B, k + 2, k + 2)
+    RR: Array  # cross products of [Z k V], shape (n, B, k + 2, k + 2)
     FR: Array  # cross products of own columns with them, shape (n, B, b, k + 2)
     alone: Alone  # the fit of each joint alone
 
@@ -178,8 +185,7 @@ class Blocks:
     @cached_property
     def currents(self) -> Array:
         """Currents of each joint, padded, shape (n, B w)."""
-        n = len(self.A)
-        return (flat(self.own.Q) @ self.C[:, :, -1:])[..., 0] + self.R[..., -1].reshape(n, -1)
+        return (flat(self.own.Q) @ self.C[:, :, -1:] + flat(self.kV[..., 1:]))[..., 0]
 
     @property
     def rows_of_currents(self) -> Array:
@@ -200,36 +206,63 @@ class Blocks:
         raw = flat(layout.padded(np.hstack((A, kV, payload))))
         norms = np.linalg.norm(raw, axis=1)
         free, C = outside(flat(own.Q), raw)
-        inner = [*range(p), *range(p + 2, free.shape[2])]
-        V = free[:, :, p + 1]
-        alone = Alone(np.zeros((n, V.shape[1], 0)), np.count_nonzero(own.used, axis=1), V)
+        del raw
+        norms[:, p : p + 2] = 0.0
+        alone = Alone((), np.count_nonzero(own.used, axis=1), free[:, :, p + 1])
+        shared, kV, _ = np.split(free.reshape(*layout.shape, -1), (p, p + 2), axis=3)
         return cls(
-            layout=layout, own=own, A=free[:, :, :p], C=C[:, :, : p + 2], std=np.full(p, np.inf), weight=np.ones(n),
-            U=np.zeros((p, 0)), R=free[:, :, p : p + 2].reshape(*layout.shape, 2), RR=np.zeros(0), FR=np.zeros(0),
-            alone=alone.extended(free[:, :, inner], norms[:, inner]),
+            layout=layout, own=own, A=(shared,), kV=kV, C=C[:, :, : p + 2], std=np.full(p, np.inf), weight=np.ones(n),
+            U=np.zeros((p, 0)), RR=np.zeros(0), FR=np.zeros(0),
+            alone=alone.extended(free, norms),
         )  # fmt: skip
+
+    def joint(self, j: int) -> Array:
+        """Columns [A k V] of a joint, shape (B, w, p + 2)."""
+        return np.concatenate([*(part[j] for part in self.A), self.kV[j]], axis=2)
+
+    def shared(self, j: int) -> Array:
+        """Shared columns of a joint's rows, with their own part, shape (r_j, p)."""
+        A = (self.joint(j) + self.own.Q[j] @ self.C[j])[..., :-2].reshape(-1, len(self.std))
+        return A[self.layout.place[self.layout.joint == j] - j * len(A)]
 
     @cached_property
     def cross(self) -> Array:
         """Cross products of [A k V], of all blocks, shape (n, p + 2, p + 2)."""
-        W = np.concatenate((self.A, flat(self.R[..., -2:])), axis=2)
-        return flipped(W) @ W
+        return np.array([W.T @ W for W in (flat(self.joint(j)[None])[0] for j in range(len(self.kV)))])
+
+    def times(self, x: Array) -> Array:
+        """[Z k V] x, or without V, by coordinates of each joint, and block or 1, (n, B, .., m); shape (n, B, w, m)."""
+        k = self.U.shape[1]
+        out = self.kV[..., : x.shape[2] - k] @ x[:, :, k:]
+        start, theta = 0, self.U @ x[:, :, :k]
+        for part in self.A:
+            out += part @ theta[:, :, start : (start := start + part.shape[3])]
+        return out
+
+    def against(self, y: Array) -> Array:
+        """Cross products of [Z k V] with columns (n, B, w, m), shape (n, B, k + 2, m)."""
+        of_theta = np.concatenate([flipped(part) @ y for part in self.A], axis=2)
+        return np.concatenate((self.U.T @ of_theta, flipped(self.kV) @ y), axis=2)
 
     def at(self, weight: Array) -> "Blocks":
         """The same with columns of z that are orthonormal with other weights of the joints, shape (n,)."""
-        p, believed = self.A.shape[2], np.isfinite(self.std)
+        p, believed = len(self.std), np.isfinite(self.std)
         gram = np.tensordot(weight**2, self.cross[:, :p, :p], 1)
         gram[believed, believed] += self.std[believed] ** -2
         U = _inverse_root(gram)
         if U is None:
             rows = np.zeros((np.count_nonzero(believed), p))
             rows[np.arange(len(rows)), np.flatnonzero(believed)] = 1.0 / self.std[believed]
-            found = factors(np.vstack([*(weight[:, None, None] * self.A), rows]), rank_tol=DEPENDENT_SHARED)
+            own = (x * self.joint(j).reshape(-1, p + 2)[:, :p] for j, x in enumerate(weight))
+            found = factors(np.vstack([*own, rows]), rank_tol=DEPENDENT_SHARED)
             U = np.zeros((p, len(found.columns)))
             U[found.columns] = linalg.solve_triangular(found.R, np.eye(len(found.columns)))
-        Z = (self.A @ U).reshape(*self.layout.shape, -1)
-        R = np.concatenate((Z, self.R[..., -2:]), axis=3)
-        return replace(self, weight=weight, U=U, R=R, RR=flipped(R) @ R, FR=flipped(self.own.Q) @ R)
+        turn, RR, FR = linalg.block_diag(U, np.eye(2)), list[Array](), list[Array]()
+        for j, Q in enumerate(self.own.Q):
+            R = self.joint(j) @ turn
+            RR.append(flipped(R) @ R)
+            FR.append(flipped(Q) @ R)
+        return replace(self, weight=weight, U=U, RR=np.array(RR), FR=np.array(FR))
 
     def widened(self, more: Array, std: Array, independent: Array | None = None) -> "Blocks":
         """Append shared columns (r, m) with their prior standard deviations (m,).
@@ -242,50 +275,49 @@ class Blocks:
         free, C = outside(flat(self.own.Q), raw)
         T = np.eye(m) if independent is None else independent
         alone = self.alone.extended(free @ T, np.linalg.norm(raw @ T, axis=1))
+        new = free.reshape(*self.layout.shape, m)
         wide = replace(
             self,
-            A=np.concatenate((self.A, free), axis=2),
+            A=(*self.A, new),
             C=np.concatenate((self.C[:, :, :p], C, self.C[:, :, p:]), axis=2),
             std=np.concatenate((self.std, std)),
             alone=alone,
         )
-        Z = flat(self.R[..., :k])
-        new, X = free, np.zeros((k, m))
+        X = np.zeros((k, m))
         for _ in range(2):
-            along = np.tensordot(self.weight**2, flipped(Z) @ new, 1) - self.prior.T @ (self.prior @ X)
-            new, X = new - Z @ along, X + along
+            along = np.tensordot(self.weight**2, np.sum(self.against(new)[:, :, :k], axis=1), 1)
+            along -= self.prior.T @ (self.prior @ X)
+            new, X = new - self.times(along[None, None]), X + along
         moved = self.prior @ X  # in the old coordinates, the new columns also move what has a prior
-        gram = np.tensordot(self.weight**2, flipped(new) @ new, 1) + np.diag(std**-2.0) + moved.T @ moved
+        gram = (
+            np.tensordot(self.weight**2, np.sum(flipped(new) @ new, axis=1), 1) + np.diag(std**-2.0) + moved.T @ moved
+        )
         T = _inverse_root(gram)
         if T is None:
             return wide.at(self.weight)
         U = np.zeros((p + m, k + m))
         U[:p, :k], U[:p, k:], U[p:, k:] = self.U, -self.U @ X @ T, T
-        Z = (new @ T).reshape(*self.layout.shape, m)
-        R = np.concatenate((self.R[..., :k], Z, self.R[..., k:]), axis=3)
-        added = flipped(Z) @ R  # (n, B, m, k + m + 2)
+        Z = new @ T
+        old, added = np.r_[:k, k + m : k + m + 2], self.against(Z)
         RR = np.empty((*added.shape[:2], k + m + 2, k + m + 2))
-        RR[:, :, :k, :k], RR[:, :, :k, k + m :] = self.RR[:, :, :k, :k], self.RR[:, :, :k, k:]
-        RR[:, :, k + m :, :k], RR[:, :, k + m :, k + m :] = self.RR[:, :, k:, :k], self.RR[:, :, k:, k:]
-        RR[:, :, k : k + m] = added
-        RR[:, :, :, k : k + m] = flipped(added)
+        RR[:, :, old[:, None], old], RR[:, :, old, k : k + m] = self.RR, added
+        RR[:, :, k : k + m, old], RR[:, :, k : k + m, k : k + m] = flipped(added), flipped(Z) @ Z
         FR = np.concatenate((self.FR[..., :k], flipped(self.own.Q) @ Z, self.FR[..., k:]), axis=3)
-        return replace(wide, U=U, R=R, RR=RR, FR=FR)
+        return replace(wide, U=U, RR=RR, FR=FR)
 
     def with_currents(self, V: Array) -> "Blocks":
         """The same columns with other currents, shape (r,)."""
         free, C = outside(flat(self.own.Q), flat(self.layout.padded(V[:, None])))
-        R = np.concatenate((self.R[..., :-1], free.reshape(*self.layout.shape, 1)), axis=3)
-        last = flipped(R) @ R[..., -1:]
-        RR = self.RR.copy()
+        V, RR = free.reshape(*self.layout.shape, 1), self.RR.copy()
+        other = replace(self, kV=np.concatenate((self.kV[..., :1], V), axis=3))
+        last = other.against(V)
         RR[..., -1:], RR[..., -1, :] = last, last[..., 0]
         return replace(
-            self,
+            other,
             C=np.concatenate((self.C[:, :, :-1], C), axis=2),
-            R=R,
             RR=RR,
-            FR=np.concatenate((self.FR[..., :-1], flipped(self.own.Q) @ R[..., -1:]), axis=3),
-            alone=replace(self.alone, left=outside(self.alone.basis, free)[0][..., 0]),
+            FR=np.concatenate((self.FR[..., :-1], flipped(self.own.Q) @ V), axis=3),
+            alone=replace(self.alone, left=self.alone.outside(free)[..., 0]),
         )
 
 

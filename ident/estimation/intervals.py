@@ -4,10 +4,10 @@
 covariance has shape (k, k).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,60 @@ def rms(x: Array) -> float:
     return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0
 
 
+class Part(NamedTuple):
+    """Columns on some rows."""
+
+    rows: slice
+    columns: Indices  # which columns, shape (c,)
+    Q: Array  # their values on these rows, shape (rows, c)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Basis:
+    """Columns, most of which are zero on the rows of most joints: only the others are stored."""
+
+    shape: tuple[int, int]  # r rows, u columns
+    parts: tuple[Part, ...]
+
+    @classmethod
+    def of(cls, *own: Array) -> "Basis":
+        """Of the columns of consecutive rows, each zero on all others."""
+        r, u, parts = 0, 0, list[Part]()
+        for Q in own:
+            parts.append(Part(slice(r, r + len(Q)), np.arange(u, u + Q.shape[1]), Q))
+            r, u = r + len(Q), u + Q.shape[1]
+        return cls((r, u), tuple(parts))
+
+    def beside(self, Q: Array) -> "Basis":
+        """Append columns, shape (r, m)."""
+        r, u = self.shape
+        more = Part(slice(0, r), np.arange(u, u + Q.shape[1]), Q)
+        return Basis((r, u + Q.shape[1]), (*self.parts, more))
+
+    def against(self, x: Array) -> Array:
+        """Products of all columns with others, shape (r, k), shape (u, k)."""
+        found = np.zeros((self.shape[1], x.shape[1]))
+        for rows, columns, Q in self.parts:
+            own = np.flatnonzero(x[rows].any(axis=0))
+            found[np.ix_(columns, own)] += Q.T @ x[rows, own]
+        return found
+
+    def times(self, x: Array) -> Array:
+        """Products of the rows with coefficients (u, k), shape (r, k)."""
+        found = np.zeros((self.shape[0], x.shape[1]))
+        for rows, columns, Q in self.parts:
+            found[rows] += Q @ x[columns]
+        return found
+
+    def at(self, rows: Indices) -> Array:
+        """All columns of some rows in ascending order, shape (rows, u)."""
+        found = np.zeros((len(rows), self.shape[1]))
+        for own, columns, Q in self.parts:
+            start, stop = np.searchsorted(rows, (own.start, own.stop))
+            found[start:stop, columns] = Q[rows[start:stop] - own.start]
+        return found
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
     """Rows of one or more joints, in order of joints, then of motions."""
@@ -37,7 +91,7 @@ class Rows:
     unknowns: dict[int, float]
     weight: Array  # weight of each row in the fit, shape (r,)
     # orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the rows:
-    explained: Array
+    explained: Basis
 
     def of(self, joint: int) -> slice:
         """The rows of a joint."""
@@ -64,11 +118,6 @@ class Rows:
         """Ratio of the norm of a joint's residual to that of its currents."""
         rows = self.of(joint)
         return float(np.linalg.norm(self.residual[rows]) / np.linalg.norm(self.V[rows]))
-
-    def runs(self) -> Iterator[slice]:
-        """Slices of rows of one joint and one motion."""
-        changes = np.flatnonzero(np.diff(self.joint) | np.diff(self.motion)) + 1
-        return (slice(a, b) for a, b in pairwise([0, *changes.tolist(), len(self.V)]) if a < b)
 
 
 def time_blocks(motion: Indices, position: Indices, blocks: int = BLOCKS) -> Indices:
@@ -102,7 +151,7 @@ def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], .
     """Return the rows of each of so many time blocks of each motion, and their residuals in a fit without the block."""
     number, found = time_blocks(rows.motion, rows.position, blocks), list[tuple[Indices, Array]]()
     for block in np.split(np.argsort(number, kind="stable"), np.cumsum(np.bincount(number))[:-1]):
-        explained, weight = rows.explained[block], rows.weight[block]
+        explained, weight = rows.explained.at(block), rows.weight[block]
         fresh = _not_fitted_to(explained[:, explained.any(axis=0)], weight * rows.residual[block])
         found.append((block, readonly(fresh / weight)))
     return tuple(found)

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
-from ident.estimation.intervals import Rows, rms
+from ident.estimation.intervals import Basis, Rows, rms
 from ident.estimation.problem import NoOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.model.structure import RANK_TOL, independent_columns
@@ -134,7 +134,7 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
         V=columns.V, residual=np.concatenate([np.zeros(0), *(each.fit.residual for each in solved)]),
         joint=columns.joint, motion=columns.motion, position=columns.position,
         unknowns={each.system.joint: each.system.W.shape[1] for each in solved}, weight=np.ones(len(columns.V)),
-        explained=linalg.block_diag(*(each.fit.basis for each in solved)),
+        explained=Basis.of(*(each.fit.basis for each in solved)),
     )  # fmt: skip
     k, r = len(solved), len(rows.V)
     of_friction = linalg.block_diag(*(each.system.friction @ each.by_current for each in solved))

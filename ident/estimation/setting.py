@@ -20,7 +20,6 @@ from ident.estimation.blocks import (
     flat,
     flipped,
     orthonormalising,
-    outside,
 )
 from ident.estimation.estimate import largest
 from ident.estimation.joint_by_joint import JointFit, joint_fit
@@ -62,7 +61,6 @@ class Setting:
     problem: Problem  # motions and payloads
     shared: SharedParameters  # the parameters that joints share
     columns: Columns  # rows of all joints
-    parts: tuple[Array, ...]  # columns of the shared parameters, then of appended ones, (r, .) each
     k: Array  # torque of the known payload parameters [N m], shape (r,)
     names: tuple[tuple[str, int], ...]  # name and motion of the columns of friction and offset, b pairs
     F: Array  # those columns, shape (r, b)
@@ -77,11 +75,6 @@ class Setting:
     def n(self) -> int:
         """Number of joints."""
         return len(self.alone)
-
-    @property
-    def A(self) -> Array:
-        """Columns of the shared parameters and of appended ones, shape (r, p)."""
-        return np.hstack(self.parts)
 
     @property
     def recorded(self) -> bool:
@@ -113,7 +106,7 @@ class Setting:
         if not more.shape[1]:
             return self
         blocks = self.blocks.widened(more, np.full(more.shape[1], std), independent)
-        return replace(self, parts=(*self.parts, more), blocks=blocks)
+        return replace(self, blocks=blocks)
 
     @cached_property
     def sigma(self) -> Array:
@@ -156,7 +149,7 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
     ready = Setting(
-        problem=problem, shared=shared, columns=columns, parts=(A,), k=k, names=names, F=F, blocks=blocks, alone=h,
+        problem=problem, shared=shared, columns=columns, k=k, names=names, F=F, blocks=blocks, alone=h,
         start=h, prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
     )  # fmt: skip
     if given is None:
@@ -169,7 +162,7 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
 def check_rows(blocks: Blocks, own: Own) -> None:
     """Raise `NotIdentifiable` unless each joint has more rows than columns, with known torque and current."""
     for j, (rows, f) in enumerate(zip(blocks.layout.counts.tolist(), own.used.sum(axis=1).tolist(), strict=True)):
-        if rows <= (need := f + blocks.A.shape[2] + 2):
+        if rows <= (need := f + len(blocks.std) + 2):
             raise NotIdentifiable.too_few_rows(rows, need, j)
 
 
@@ -178,7 +171,7 @@ def friction_z(ready: Setting) -> Array:
 
     Its sign is that of the gain, as friction brakes; it is zero without friction.
     """
-    blocks, inner = ready.blocks, ready.blocks.A.shape[2] + 1
+    blocks, inner = ready.blocks, len(ready.blocks.std) + 1
     C, gram = blocks.C[:, :, :inner], blocks.cross[:, :inner, :inner]
     size = np.sqrt(np.einsum("jaa->ja", gram) + np.sum(C**2, axis=1))
     size = np.where(size > 0.0, size, 1.0)
@@ -250,7 +243,7 @@ class Model:
     def sigma(self) -> Array:
         """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
         alone = self.blocks.alone
-        new = outside(alone.basis, flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))[0]
+        new = alone.outside(flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))
         T = orthonormalising(flipped(new) @ new, DEPENDENT_ALONE)
         new = new @ T
         left = alone.left - (new @ (flipped(new) @ alone.left[..., None]))[..., 0]
@@ -270,7 +263,7 @@ class Model:
     def FR(self) -> Array:
         """Cross products of own columns with [Z k V], shape (n, B, f, k + 2)."""
         b = self.blocks.own.Q.shape[-1]
-        return np.concatenate((self.blocks.FR, flipped(self.own.Q[..., b:]) @ self.blocks.R), axis=2)
+        return np.concatenate((self.blocks.FR, flipped(self.blocks.against(self.own.Q[..., b:]))), axis=2)
 
     @cached_property
     def inverse(self) -> Array:

@@ -31,7 +31,7 @@ from ident.numerics.signals import FILTER_ORDER, low_passed, power_density
 from ident.numerics.splines import CubicSpline, slopes
 from ident.observation.full_rate import FullRate
 from ident.observation.observation import Observation
-from ident.support.arrays import Array, Indices, Mask, once_per_object
+from ident.support.arrays import Array, Indices, Mask, Pieces, once_per_object
 
 ROTOR_SHARE = 0.5
 """Assumed share of a rotor in a joint's inertia if the data do not separate them: gears match rotor and load
@@ -167,7 +167,7 @@ class Torques:
     @cached_property
     def sampled(self) -> Array:
         """Torques of rigid joints at the samples where they are evaluated [N m], shape (S, n)."""
-        return self.sweep.motion.observation.link_motions.torques(self.chi)
+        return np.concatenate([each.torques(self.chi) for _, each in self.sweep.motion.observation.link_motions])
 
     @cached_property
     def rotors(self) -> Array:
@@ -178,9 +178,14 @@ class Torques:
         return rotors
 
     @cached_property
-    def links(self) -> Dynamics:
+    def links(self) -> Pieces[Dynamics]:
         """Dynamics of the links, without rotors."""
-        return Dynamics.of(self.sweep.motion.observation.kinematics, self.chi - self.rotors)
+        moving, chi = self.sweep.motion.observation.kinematics, self.chi - self.rotors
+        return Pieces(moving.samples, lambda piece: Dynamics.of(moving[piece], chi))
+
+    def _displaced(self, further: States) -> Array:
+        """Change of the torques by displacements and their derivatives, shape (S, n, n)."""
+        return np.concatenate([links.displaced(further.of(piece)) for piece, links in self.links])
 
     def softened(self, torque: Array | None = None) -> Array:
         """Change of the torques per unit of each joint's compliance, shape (S, n, n), torque first.
@@ -189,7 +194,7 @@ class Torques:
         """
         links = self._of_links(self.sampled if torque is None else torque)
         motor = CubicSpline.through(self.sweep.knots, -links)
-        return self.links.displaced(States(-links, motor(self.sweep.knots, 1), motor(self.sweep.knots, 2)))
+        return self._displaced(States(-links, motor(self.sweep.knots, 1), motor(self.sweep.knots, 2)))
 
     def _of_links(self, torque: Array) -> Array:
         """Torques (S, n) without those that turn separate rotors."""
@@ -201,7 +206,7 @@ class Torques:
         sweep, behind = self.sweep, self.sweep.behind
         rows = sweep.rows(softened)
         own = sweep.at_full_rate(np.ascontiguousarray(np.einsum("skk->sk", softened)))
-        inertia = np.mean(inertia_matrices(self.arm, self.links.chi, behind.states.q) ** 2, axis=0)
+        inertia = np.mean(inertia_matrices(self.arm, self.chi - self.rotors, behind.states.q) ** 2, axis=0)
         limits = shown_hz(behind, own, inertia)
         for k in np.flatnonzero(limits < behind.cutoff_hz):
             full = sweep.at_full_rate(np.ascontiguousarray(softened[:, :, k]))
@@ -210,7 +215,7 @@ class Torques:
 
     def misplaced(self) -> Array:
         """Change per error of each joint's zero, then per tilt of the base [N m/rad; N m/m], shape (S, n, n + 2)."""
-        return misplaced(self.links)
+        return np.concatenate([misplaced(links) for _, links in self.links])
 
     def turned(self, beside: int) -> Array:
         """Change per share of the angle of joint j + `beside` by which motor j also turns, (S, n, n); that of j last.
@@ -218,15 +223,13 @@ class Torques:
         The joint is then elsewhere by the share of the angle, and the motor carries that share of the other's torque.
         """
         states, motors = self.sweep.behind.states, np.arange(self.arm.n)
-        change = self.links.displaced(
-            States(*(-np.roll(x, -beside, axis=1) for x in (states.q, states.dq, states.ddq)))
-        )
+        change = self._displaced(States(*(-np.roll(x, -beside, axis=1) for x in states)))
         change[:, (motors + beside) % self.arm.n, motors] -= self._of_links(self.sampled)
         return change
 
     def tilted(self) -> Array:
         """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
-        return tilted(self.links)
+        return np.concatenate([tilted(links) for _, links in self.links])
 
 
 def misplaced(links: Dynamics) -> Array:
@@ -262,7 +265,7 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
     W, moved = list[Array](), list[Array]()
     for load in loads:
         states = States(*rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n)))
-        W.append(regressor(arm, states.q, states.dq, states.ddq))
+        W.append(regressor(arm, *states))
         moved.append(misplaced(Dynamics.of(Kinematics.of(arm, states), masses + load))[..., np.array(kept)])
     found = np.zeros((arm.n, sum(kept), sum(kept)))
     for j, own in enumerate(found):

@@ -138,10 +138,10 @@ def transmitted_columns(
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
     rows, joint = ready.of_logs(parts), ready.columns.joint
-    W = np.column_stack((ready.A, before.model.F, first, ready.k, *beside))
+    W = np.column_stack((before.model.F, first, ready.k, *beside))
     for j in range(ready.n):
         own = joint == j
-        Q = factors(W[own], rank_tol=RANK_TOL).Q
+        Q = factors(np.hstack((ready.blocks.shared(j), W[own])), rank_tol=RANK_TOL).Q
         rows[own] = Q @ (Q.T @ rows[own])
     return rows
 

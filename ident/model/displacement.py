@@ -12,6 +12,7 @@ displaced by x, the following links have the additional acceleration D = S ddx +
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,13 +22,16 @@ from ident.model.regressor import drive_torques, joint_pose
 from ident.support.arrays import Array
 
 
-@dataclass(frozen=True, slots=True)
-class States:
+class States(NamedTuple):
     """Positions, velocities and accelerations of the joints."""
 
     q: Array  # positions [rad or m], shape (N, n)
     dq: Array  # velocities, shape (N, n)
     ddq: Array  # accelerations, shape (N, n)
+
+    def of(self, piece: slice) -> "States":
+        """The states of some samples."""
+        return States(*(x[piece] for x in self))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +48,7 @@ class Kinematics:
     def of(cls, arm: Arm, states: States) -> "Kinematics":
         """Of a motion."""
         if (through := arm.to_joints) is not None:
-            states = States(states.q @ through.T, states.dq @ through.T, states.ddq @ through.T)
+            states = States(*(x @ through.T for x in states))
         pose = np.empty((arm.n, 3, 4, len(states.q)))
         for j, q in enumerate(states.q.T):
             E, arrow = joint_pose(arm, j, q)
@@ -116,10 +120,7 @@ class Dynamics:
         if through is None:
             change = self._by_joint(further)
         else:  # motor k moves joint j by A^-1_jk
-            motors = (
-                [each[:, k, None] * through[:, k] for each in (further.q, further.dq, further.ddq)]
-                for k in range(arm.n)
-            )
+            motors = ([each[:, k, None] * through[:, k] for each in further] for k in range(arm.n))
             change = arm.of_motors(np.stack([self._by_joint(States(*each)).sum(axis=2) for each in motors], axis=2))
         steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
         linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))
@@ -130,7 +131,7 @@ class Dynamics:
     def _by_joint(self, further: States) -> Array:
         """Return the change of joint torques by each joint's displacement, without drives, shape (N, n, n)."""
         n, (S, dS, ddS) = self.moving.arm.n, self.moving.S
-        x, dx, ddx = (each.T[:, None, None, :] for each in (further.q, further.dq, further.ddq))
+        x, dx, ddx = (each.T[:, None, None, :] for each in further)
         D = np.concatenate((ddx * S + 2.0 * dx * dS + x * ddS, 2.0 * (dx * S[:, :1] + x * dS[:, :1])), axis=1)
         by_x, by_dx, by_ddx = self.by_x
         wrench = x * by_x + dx * by_dx + ddx * by_ddx

@@ -33,7 +33,7 @@ from ident.numerics.signals import (
 from ident.observation.full_rate import FullRate, filtered_motion
 from ident.recordings.checks import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
-from ident.support.arrays import Array, Indices, Mask, readonly
+from ident.support.arrays import Array, Indices, Mask, Pieces, readonly
 from ident.support.errors import OptionError, RecordingError
 from ident.support.options import MEASURED, refuse_outside
 
@@ -126,15 +126,16 @@ class Observation:
         return self.full_rate
 
     @cached_property
-    def kinematics(self) -> Kinematics:
+    def kinematics(self) -> Pieces[Kinematics]:
         """Kinematics along the motion, at the samples where torques are evaluated."""
-        return Kinematics.of(self.structure.arm, self.recorded.states)
+        arm, states = self.structure.arm, self.recorded.states
+        return Pieces(len(states.q), lambda piece: Kinematics.of(arm, states.of(piece)))
 
     @cached_property
-    def link_motions(self) -> LinkMotions:
+    def link_motions(self) -> Pieces[LinkMotions]:
         """Motion of the links, for torques of given parameters."""
-        states = self.recorded.states
-        return LinkMotions.of(self.structure.arm, states.q, states.dq, states.ddq)
+        arm, states = self.structure.arm, self.recorded.states
+        return Pieces(len(states.q), lambda piece: LinkMotions.of(arm, *states.of(piece)))
 
 
 def observe(

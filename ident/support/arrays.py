@@ -1,8 +1,9 @@
 """Arrays, read-only once stored in a dataclass, and results that are computed once for such a dataclass."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import wraps
-from typing import TypeAlias, TypeVar, TypeVarTuple
+from typing import Generic, TypeAlias, TypeVar, TypeVarTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -21,8 +22,10 @@ SINGULAR = 1e-6
 
 
 def readonly(values: npt.ArrayLike) -> Array:
-    """Return a read-only float64 copy of `values`, so that no two objects share writable memory."""
-    array = np.array(values, dtype=np.float64)
+    """Return `values` as read-only float64; no two objects share writable memory, so writable arrays are copied."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.flags.writeable or array.base is not None:
+        array = array.copy()
     array.flags.writeable = False
     return array
 
@@ -53,6 +56,32 @@ def once_per_object(function: Callable[[Of, *More], Result]) -> Callable[[Of, *M
         return results[more]
 
     return called
+
+
+PIECE = 4096
+"""Number of samples of a piece: 34 s of a motion with the default filters."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces(Generic[Result]):
+    """Results by pieces of a motion; only those of the first piece are kept, as those of a long motion are large."""
+
+    samples: int  # number of samples
+    of: Callable[[slice], Result]  # function that computes the result of a piece
+    first: list[Result] = field(default_factory=list[Result])  # that of the first piece, once it is known
+
+    def __getitem__(self, piece: slice) -> Result:
+        """Return the result of a piece."""
+        if piece.start:
+            return self.of(piece)
+        if not self.first:
+            self.first.append(self.of(piece))
+        return self.first[0]
+
+    def __iter__(self) -> Iterator[tuple[slice, Result]]:
+        """Yield the pieces and their results, in order."""
+        pieces = (slice(start, start + PIECE) for start in range(0, self.samples, PIECE))
+        return ((piece, self[piece]) for piece in pieces)
 
 
 def transmission_fault(A: Array | Sequence[Sequence[float]], n: int, *, coupled: bool) -> str | None:

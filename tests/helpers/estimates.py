@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain, RefusedGain
-from ident.estimation.intervals import Rows
+from ident.estimation.intervals import Basis, Rows
 from ident.estimation.problem import GainOptions
 
 
@@ -45,7 +45,7 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
     rows = Rows(
         V=np.full(3 * k, 2.0), residual=np.full(3 * k, 0.1), joint=np.repeat(solved, 3),
         motion=np.zeros(3 * k, dtype=np.intp), position=np.tile(np.arange(3), k),
-        unknowns={int(j): 1 for j in solved}, weight=np.ones(3 * k), explained=np.zeros((3 * k, 0)),
+        unknowns={int(j): 1 for j in solved}, weight=np.ones(3 * k), explained=Basis.of(np.zeros((3 * k, 0))),
     )  # fmt: skip
     inverse = np.array([1.0 / gain for gain in gains if gain is not None])
     unsolved = {j: reason for j, gain in enumerate(gains) if gain is None}

@@ -9,6 +9,7 @@ import numpy as np
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
+from ident.estimation.setting import Setting
 from ident.model.regressor import regressor
 from ident.model.structure import Structure
 from ident.numerics.signals import decimator
@@ -25,6 +26,11 @@ EXACT = 1e4 * np.finfo(float).eps
 
 def values(estimate: GainEstimate) -> np.ndarray:
     return np.array([joint.value if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
+
+
+def shared_columns(ready: Setting) -> np.ndarray:
+    """Columns of the shared parameters, with appended ones, of all rows."""
+    return np.vstack([ready.blocks.shared(j) for j in range(ready.n)])
 
 
 def estimated(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.intervals import Rows
+from ident.estimation.intervals import Basis, Rows
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Linear:
         return Rows(
             V=self.V, residual=self.left(self.every), joint=self.joint, motion=self.motion, position=self.position,
             unknowns={int(j): 3.0 + k for k, j in enumerate(np.unique(self.joint))},
-            weight=self.weight, explained=np.linalg.qr(self._whole)[0][: len(self.V)],
+            weight=self.weight, explained=Basis.of(np.linalg.qr(self._whole)[0][: len(self.V)]),
         )  # fmt: skip
 
     @property

@@ -31,7 +31,7 @@ from ident.diagnosis.search import (
     survey,
 )
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.intervals import max_of_classical_and_jackknife
+from ident.estimation.intervals import Basis, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.identification import refused_for_faults, spoilt_joints, without_spoilt
 from ident.support.errors import Contradiction, NotIdentifiable
@@ -90,7 +90,7 @@ def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(behind, 
 def without_influence(estimate: GainEstimate) -> GainEstimate:
     """The same gains from a method that is not least squares."""
     rows = estimate.solution.rows
-    opaque = replace(rows, explained=np.zeros((len(rows.V), 0)))
+    opaque = replace(rows, explained=Basis.of(np.zeros((len(rows.V), 0))))
     return replace(estimate, solution=replace(estimate.solution, rows=opaque))
 
 

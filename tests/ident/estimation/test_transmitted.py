@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from consistency_logs import PAYLOADS, logs_of, problem_of, ready_of
-from exact import full_rate
+from exact import full_rate, shared_columns
 from known_logs import fourier, torque, with_payload
 from real_friction import GAIN, MIDDLE, RATE, Truth, three_axes
 from scipy.interpolate import make_interp_spline
@@ -111,7 +111,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
     found = transmitted_columns(ready, plain, along, first, [spare])
     whole = [each.sweep.rows(each.softened(transmitted(each.sweep, plain)[each.sweep.behind.at])) for each in along]
-    W = np.column_stack((ready.A, ready.k, plain.model.F, first, spare))
+    W = np.column_stack((shared_columns(ready), ready.k, plain.model.F, first, spare))
     for j in range(N):
         own = columns.joint == j
         unit = W[own] / np.maximum(np.linalg.norm(W[own], axis=0), 1e-300)
@@ -196,7 +196,7 @@ def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
     torques = torques_of(ready, fit(ready, {}, None).theta)[0]
     softened, behind = torques.softened(), torques.sweep.behind
     plain = torques.sweep.rows(softened)
-    inertia = np.mean(inertia_matrices(torques.arm, torques.links.chi, behind.states.q) ** 2, axis=0)
+    inertia = np.mean(inertia_matrices(torques.arm, torques.chi - torques.rotors, behind.states.q) ** 2, axis=0)
     own = torques.sweep.at_full_rate(np.einsum("skk->sk", softened))
     inertia[0, 1] = inertia[2, 1] = 0.0
     noise = np.array([0.0, 1e-12, 0.0])

@@ -52,8 +52,8 @@ class Identification(Displayed):
     Attributes:
         estimate: A gain or a reason for each joint, with rows and residuals, and payload parameters that were also
             estimated.
-        notes: What the method selected, changes of the recordings, and the largest fault that these do not exclude.
-        found: Diagnoses of logs and estimate: faults, excluded faults, and faults that cannot be checked.
+        notes: What the method selected, and changes of the recordings.
+        found: Diagnoses of logs and estimate: faults, excluded faults, and faults that the logs cannot reveal.
         observing: Filters and thresholds, with the corrected delay.
         prepared: The prepared logs; None if identified elsewhere.
     """
@@ -160,10 +160,7 @@ def identify(
         raise cause from doubted.failed
     assert doubted.estimate is not None, "it has not failed"
     kept = without_spoilt(doubted.estimate, doubted.found.diagnoses)
-    notes, undetected = kept.remarks + prepared.notes, doubted.found.largest_undetected
-    if undetected is not None:
-        notes += (f"the largest fault that these logs do not exclude: {undetected}; rx90 check lists all",)
-    return Identification(kept, notes, doubted.found, prepared.observing, prepared)
+    return Identification(kept, kept.remarks + prepared.notes, doubted.found, prepared.observing, prepared)
 
 
 def estimate_by(method: str, options: object | None = None) -> Estimate:

@@ -10,6 +10,7 @@ from printed import fits
 from quick import BRIEF, quick_scenario
 from scipy import stats
 
+from ident.diagnosis.diagnosis import two_digits
 from scenarios import assert_scenario, load
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import COLUMNS, allowed_misses, by_joint, joint_statistics
@@ -78,6 +79,10 @@ def test_the_verdict_names_the_trials_of_the_worst_joint():
         verdict = next(iter(result.parts()))
         assert (verdict.mood, verdict.strong, result.passed) == (mood, True, mood is Mood.GOOD)
         assert f"{missed} of 40 trials" in verdict.text
+        largest = max(100.0 * float(np.quantile(abs(rows["rel_error"]), 0.95)) for _, rows in table.groupby("joint"))
+        assert (
+            verdict.mood is Mood.BAD or f"; 95 % of the errors are below {two_digits(largest)} % (worst" in verdict.text
+        )
     for identifiable in (True, False):
         found = table.assign(identifiable=identifiable & (table["joint"] == 1))
         assert len(error_plots(found)) == identifiable

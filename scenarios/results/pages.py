@@ -96,7 +96,7 @@ def page(folder: Path) -> Report:
     seed = result.seed if isinstance(result, Result) else None
     found = result.report(title, *parts, *origin_parts(folder, record, given, seed), mood=mood)
     first = 0 if isinstance(result, Check) else 1  # after the verdict
-    made = Paragraph(f"From {', '.join(record.sources)}; made {record.created}.")
+    made = Paragraph(f"From {', '.join(record.sources)}; made {record.created[:16].replace('T', ' ')} UTC.")
     return replace(found, parts=(*found.parts[:first], made, *found.parts[first:]))
 
 

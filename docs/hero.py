@@ -30,7 +30,7 @@ def page(folder: Path) -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        view = browser.new_page(viewport={"width": 1280, "height": 914})
+        view = browser.new_page(viewport={"width": 1280, "height": 1004})
         view.goto((folder / "report.html").as_uri())
         view.screenshot(path=HERE / "page.png")
         browser.close()
@@ -58,7 +58,6 @@ def hero() -> None:
     for k, each in enumerate(run.verdict.gains):
         gains.plot(each.joint + np.array([-0.3, 0.3]), [each.true] * 2, color=BARE, label=None if k else "injected")
         if each.estimate is None or each.std is None:
-            gains.plot(each.joint, each.true, "o", color=FOUND, markerfacecolor="white", markersize=8)
             gains.annotate("refused: hardly any torque\nfrom this payload", (6.4, 1.03), ha="right")
             continue
         bar = gains.errorbar(each.joint, each.estimate, 2.0 * each.std, fmt="o", color=FOUND, markersize=5, capsize=6)

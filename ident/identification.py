@@ -52,8 +52,8 @@ class Identification(Displayed):
     Attributes:
         estimate: A gain or a reason for each joint, with rows and residuals, and payload parameters that were also
             estimated.
-        notes: What the method selected, changes of the recordings, and the largest fault that these do not exclude.
-        found: Diagnoses of logs and estimate: faults, excluded faults, and faults that cannot be checked.
+        notes: What the method selected, and changes of the recordings.
+        found: Diagnoses of logs and estimate: faults, excluded faults, and faults that the logs cannot reveal.
         observing: Filters and thresholds, with the corrected delay.
         prepared: The prepared logs; None if identified elsewhere.
     """
@@ -69,18 +69,21 @@ class Identification(Displayed):
         found = self.estimate.identified
         lines = [f"Identification by {self.estimate.method}: {len(found)} of {len(self.joints)} gains, +- 2 sigma"]
         for j, reason in enumerate(self.reasons):
-            said = reason if j not in found else f"{found[j].value:.5g} +- {2.0 * found[j].std:.2g} N (m)/unit"
+            said = reason if j not in found else f"{found[j].value:.5g} +- {2.0 * found[j].std:.2g} {self._unit}"
             lines.append(f"  joint {j + 1}: {said}")
         return "\n".join([*lines, *(f"  {each.severity.value}: {each.sentence}" for each in self.found.findings)])
 
-    def _columns(self) -> dict[str, Sequence[object]]:
+    @property
+    def _unit(self) -> str:
         revolute = self.prepared is not None and self.prepared.problem.structure.arm.revolute.all()
-        unit = "N m/unit" if revolute else "N (m)/unit"
+        return "N m/unit" if revolute else "N (m)/unit"
+
+    def _columns(self) -> dict[str, Sequence[object]]:
         values = {"gain": "value", **dict.fromkeys(("std", "residual_std", "payload_std", "model_std"))}
         return {
             "joint": range(1, len(self.joints) + 1),
             **{
-                f"{name} [{unit}]": [getattr(each, attribute or name, None) for each in self.joints]
+                f"{name} [{self._unit}]": [getattr(each, attribute or name, None) for each in self.joints]
                 for name, attribute in values.items()
             },
             "name": [each.joint for each in self.joints],
@@ -160,10 +163,7 @@ def identify(
         raise cause from doubted.failed
     assert doubted.estimate is not None, "it has not failed"
     kept = without_spoilt(doubted.estimate, doubted.found.diagnoses)
-    notes, undetected = kept.remarks + prepared.notes, doubted.found.largest_undetected
-    if undetected is not None:
-        notes += (f"the largest fault that these logs do not exclude: {undetected}; rx90 check lists all",)
-    return Identification(kept, notes, doubted.found, prepared.observing, prepared)
+    return Identification(kept, kept.remarks + prepared.notes, doubted.found, prepared.observing, prepared)
 
 
 def estimate_by(method: str, options: object | None = None) -> Estimate:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity, finding
+from ident.diagnosis.diagnosis import Diagnosis, finding, two_digits
 from ident.model.arm import Arm
 from ident.numerics.neighbours import median, quantum
 from ident.numerics.signals import edge_samples, smooth_motion
@@ -115,12 +115,13 @@ def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         resolution,
         finding(
             name, "noise of q",
-            f"q{j + 1} has noise of {sigma[j]:.2g} {unit}, {100.0 * share[j]:.2g} % of its filtered acceleration",
+            f"q{j + 1} has noise of {sigma[j]:.2g} {unit}, {two_digits(100.0 * share[j])} % of its filtered "
+            "acceleration",
             "lower --cutoff-hz, or use --method iv" if share[j] > NOISY_ACCELERATION else None,
             joints=(j,), value=100.0 * share[j], unit="% of the acceleration",
         ),
         finding(
-            name, "noise of v", f"v{k + 1} has noise of {100.0 * loud[k]:.2g} % of its standard deviation",
+            name, "noise of v", f"v{k + 1} has noise of {two_digits(100.0 * loud[k])} % of its standard deviation",
             "repeat the motion several times" if loud[k] > NOISY_CURRENT else None,
             joints=(k,), value=100.0 * loud[k], unit="% of the standard deviation",
         ),
@@ -212,7 +213,7 @@ def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
         else:
             j, limits = int(np.argmin(plausible)), f"{COLDEST:g} to {HOTTEST:g} degrees Celsius"
             sentence = f"the temperature of joint {j + 1} jumps or is outside {limits}; it is ignored"
-            found.append(finding(each.log, "temperature", sentence, severity=Severity.WEAK, joints=(j,)))
+            found.append(finding(each.log, "temperature", sentence, "check its column and unit", joints=(j,)))
     for each in sound[1:]:
         than = f" than in {PurePath(sound[0].log).name}"
         rise = each.celsius.mean(axis=0) - sound[0].celsius.mean(axis=0)

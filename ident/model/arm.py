@@ -32,7 +32,7 @@ STRONGEST_GRAVITY = 100.0
 EXPAND = "this is a xacro template; run xacro first, and give the file that it writes"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Arm:
     """A fixed-base serial arm with n one-axis joints.
 
@@ -65,6 +65,10 @@ class Arm:
     upper: Array
     couplings: tuple[tuple[int, int], ...] = ()
     transmission: Array | None = None
+
+    def __repr__(self) -> str:
+        """Return name and joints."""
+        return f"Arm {self.name!r}: {', '.join(self.joint_names)}"
 
     @property
     def n(self) -> int:

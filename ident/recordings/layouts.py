@@ -54,8 +54,8 @@ def resolved(table: Table, given: LogDescription) -> tuple[LogDescription, str |
         raise RecordingError(f"not of the layout {layout}; found {listed(names)}")
     if known is None and wanted == set("tqv"):
         raise RecordingError(
-            f"not of a known layout, such as columns t, q1, .., v1, ..; found {listed(names)}; declare the columns "
-            "(--columns, --log-description)"
+            f"not of a known layout, such as columns t, q1, .., v1, ..; found {listed(names)}; declare the columns, as "
+            "in --columns 't=time[ms]' 'q=pos_{1..6}[deg]' 'v=cur_{1..6}[mA]' --signal current (or --log-description)"
         )
     known = known or LogDescription()
     meant = replace(

@@ -26,7 +26,7 @@ ABSOLUTE = 1e8
 """Smallest time stamp [s] of an absolute clock, from 1970; three years for a clock that starts with its motion."""
 
 
-@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False, repr=False)
 class Recording:
     """The log of one motion by the robot's controller. Checked at creation; the arrays are read-only.
 
@@ -55,6 +55,10 @@ class Recording:
                     reason = str(error).splitlines()[0]
                     raise RecordingError(f"{field} is not an array of numbers: {reason}") from error
             _check(self)
+
+    def __repr__(self) -> str:
+        """Return name, number of joints and length."""
+        return f"Recording {self.name!r}: {self.n} joints, {len(self.t)} samples in {self.t[-1] - self.t[0]:.4g} s"
 
     @property
     def n(self) -> int:

@@ -41,7 +41,7 @@ class Displayed(ABC):
         axes = (figure := Figure(figsize=(6.0, 3.0), layout="constrained")).subplots()
         axes.errorbar(list(map(str, at)), np.array(values, np.float64), bars, fmt="o", capsize=3.0)
         axes.set(title=self._headline(), xlabel=name, ylabel=y + (", 2 sigma" if unsure else ""))
-        axes.set_ylim(bottom=None if unsure else 0.0)
+        axes.set(xlim=(-0.5, len(at) - 0.5), ylim=(None if unsure else 0.0, None))  # with places of missing values
         return figure
 
     def _repr_html_(self) -> str:

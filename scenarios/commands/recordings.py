@@ -106,7 +106,7 @@ def check_arguments(parser: argparse.ArgumentParser) -> None:
     add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
     text = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
     add("--payload", metavar="P", type=arguments.file, help=text)
-    add("--all", action="store_true", help="list all checks, and each joint's motion")
+    add("--all", action="store_true", help="list all checks, the faults that the logs exclude, and each joint's motion")
     inputs.add_reading_arguments(parser)
     inputs.add_log_arguments(parser)
     output.add_save_argument(parser)
@@ -165,7 +165,7 @@ def check_command(options: argparse.Namespace) -> Status:
         title, command = f"Logs of {arm.name}", options.command_line
         with saving.writing():
             save_result(saving.folder, result, origin, kind="check", title=title, command=command, payload=payload)
-    hint = [Paragraph("--all lists every check, and the motion of each joint.")]
+    hint = [Paragraph("--all lists every check, the faults that these logs exclude, and the motion of each joint.")]
     short = not options.all and output.form(options) == "text"  # the other formats list them
     report = result.report(result.headline, *(hint if short else ()), mood=result.mood)
     wrong = checked.found.severity is Severity.WRONG

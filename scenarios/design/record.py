@@ -19,7 +19,7 @@ from scenarios.experiments.schema import BARE, TURNS, in_turns
 from scenarios.rendering.content import Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import NONE
-from scenarios.results.diagnoses import horizon_fold
+from scenarios.results.diagnoses import PLANNED_LOGS, horizon_fold
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 from scenarios.support.errors import ScenarioError
 from sim.feedforward_currents import States, of_motors
@@ -233,7 +233,7 @@ def instructions(setup: Setup, recorded: Recorded, name: str, expected: Diagnose
             "Positions and currents from one clock, unfiltered if possible. State the kind of current: measured or "
             "commanded, in A, or a torque with its constant."
         ),
-        *horizon_fold(expected.excluded, expected.undetectable, expected=True),
+        *horizon_fold(expected.excluded, expected.undetectable, PLANNED_LOGS),
         Heading("Check before"),
         *map(Paragraph, BEFORE),
         Heading("Safety"),

@@ -223,7 +223,7 @@ def _results(study: Study, missing: Sequence[range], workers: Workers | None) ->
             yield len(task.trials), outcome
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StudyRows(WithResult):
     """Result of a study in memory: a row per trial and joint, with `trials.CONTRACT` and the varied values."""
 

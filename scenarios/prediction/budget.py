@@ -20,7 +20,7 @@ from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Tab
 from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.rendering.wording import percent
-from scenarios.results.diagnoses import DiagnosedResult, horizon_fold
+from scenarios.results.diagnoses import PLANNED_LOGS, DiagnosedResult, horizon_fold
 from scenarios.results.gains import budget_verdict
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
@@ -220,7 +220,7 @@ class PredictedBudget(ResultModel):
             yield Paragraph(f"Joint {each['joint']}: no gain: {each['reason']}.", Mood.DOUBTFUL)
         for each in self.unpredicted:
             yield Paragraph(f"Not predicted: {each['source']}: {each['reason']}.", Mood.DOUBTFUL)
-        yield from horizon_fold(self.excluded, self.untold, expected=True)
+        yield from horizon_fold(self.excluded, self.untold, PLANNED_LOGS)
 
 
 def _within(share: float) -> Cell:

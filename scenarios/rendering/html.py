@@ -67,8 +67,8 @@ def options(text: str) -> Markup:
 
 
 def prose(text: str) -> Markup:
-    """Return escaped text with whole options, and with text in backticks as code."""
-    return Markup(CODE.sub(r"<code>\1</code>", str(options(text))))
+    """Return escaped text with whole options, text in backticks as code, and no line break before a per cent sign."""
+    return Markup(CODE.sub(r"<code>\1</code>", str(options(text))).replace(" %", "&nbsp;%"))
 
 
 def script_json(value: object) -> str:

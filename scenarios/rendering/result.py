@@ -29,6 +29,10 @@ class ResultModel(BaseModel, Displayed):
 
     model_config = ConfigDict(extra="allow", from_attributes=True, defer_build=True)  # of those imported, few are used
 
+    def __repr__(self) -> str:
+        """Return the main statement; of a part of a result, its values."""
+        return self._headline() or super().__repr__()
+
     def parts(self) -> Iterable[Part]:
         """Return what is shown of the result, in order."""
         return ()
@@ -63,6 +67,10 @@ class WithResult(Displayed):
         """Return the result as its page and JSON have it."""
         module, _, name = self.RESULT.partition(":")
         return attrgetter(name)(import_module(module))(self)
+
+    def __repr__(self) -> str:
+        """Return the main statement of its result."""
+        return self._headline()
 
     def _shown(self) -> Displayed:
         return self.result()

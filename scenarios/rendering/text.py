@@ -67,9 +67,10 @@ def render(report: Report, page: Page) -> str:
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
-    """Print wrapped text; a word wider than the page, such as a path, is not broken."""
-    lines = wrap(text, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
-    console.print(Text("\n".join(lines), style=style), soft_wrap=True)
+    """Print wrapped text; a word wider than the page, such as a path, and a number with its `%` are not broken."""
+    whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+    lines = wrap(whole, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
+    console.print(Text("\n".join(lines).replace("\N{NO-BREAK SPACE}", " "), style=style), soft_wrap=True)
 
 
 def _print_table(table: Table, console: Console, width: int) -> None:

@@ -194,7 +194,7 @@ class BareResult(DiagnosedResult):
         found = {each.joint: 200.0 * (each.rel_std or 0.0) for each in others if each.ratio is not None}
         gains = f"the gains of {joints_named(list(found))}" if found else "no gain"
         text = f"Bare motions give {gains} as a ratio to that of joint {self.reference}"
-        text += f" (2 sigma {min(found.values()):.2g} to {max(found.values()):.2g} %)" if found else ""
+        text += f" (2 sigma {two_digits(min(found.values()))} to {two_digits(max(found.values()))} %)" if found else ""
         text += f"; they do not determine {joints_named(refused)}" if refused else ""
         text += ". See the warnings below." if doubtful else "."
         return [Paragraph(text, Mood.DOUBTFUL if doubtful else Mood.PLAIN, strong=True), *body]

@@ -1,4 +1,4 @@
-"""The result of `rx90 check`: verdict, findings, excluded faults, faults that cannot be checked, motion of joints."""
+"""The result of `rx90 check`: verdict, findings, faults that the logs exclude or cannot reveal, motion of joints."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Severity, two_digits
 from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
-from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, table
+from scenarios.rendering.content import Heading, Mood, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import many, number, percent
 from scenarios.results.diagnoses import MOODS, DiagnosedResult, doubt_paragraphs, horizon_fold
@@ -83,12 +83,10 @@ class Check(DiagnosedResult):
 
     def parts(self) -> Iterable[Part]:
         """Findings and advice, conclusions, and for files every check and the motion of each joint."""
-        found = self.found
-        yield from doubt_paragraphs(found, strong=False)
-        good = len(found.diagnoses) - len(found.findings)
-        yield Paragraph(f"{many(good, 'check')} without a finding.")
-        yield from horizon_fold(self.excluded, self.untold)
+        yield from doubt_paragraphs(self.found, strong=False)
+        yield from self.undetected_note()
         yield from self.every_check("All checks")
+        yield from horizon_fold(self.excluded, self.untold, file_only=True)
         yield from motion_parts(self.logs)
 
 

@@ -128,14 +128,14 @@ class ResultCost(ResultModel):
             true = each.true if judged else each.stated
             unit, (before, wide, after, narrow, true) = in_unit(each.unit, *numbers, true)
             pairs = (before, wide), (wide, wide), (after, narrow), (narrow, narrow), (true, narrow if judged else wide)
-            return f"payload: {each.quantity}", *(rounded(*pair) for pair in pairs), unit
+            return each.quantity, *(rounded(*pair) for pair in pairs), unit
 
         last = "True" if judged else "Specified"
-        titles = ("With the gains", "Assumed", "2 sigma", "Identified", "2 sigma", last, "Unit")
+        titles = ("Payload", "Assumed", "2 sigma", "Identified", "2 sigma", last, "Unit")
         columns: list[ColumnOf[tuple[str, ...]]] = [
             column(titles[k], itemgetter(k), words=k in (0, 6)) for k in range(7) if judged or k not in (3, 4)
         ]
-        title = "Results with assumed gains" + (" and with identified gains" if judged else "")
+        title = "The payload with assumed gains" + (" and with identified gains" if judged else "")
         yield table(map(row, self.payload), *columns, title=title, shown=SHOWN, rest="products of inertia")
         if self.arm:
             yield table(

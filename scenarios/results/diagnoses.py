@@ -16,6 +16,8 @@ from scenarios.rendering.wording import many, number, percent
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
+PLANNED_LOGS = "logs of these motions"
+"""Logs that are not recorded yet."""
 TOGETHER = "All logs together"
 """Title of the checks of no single log."""
 BARE = (
@@ -40,12 +42,18 @@ class DiagnosedResult(ResultModel):
     diagnoses: list[FromOne[Diagnosis]] = Field(description="One entry per check, the worst first")
     excluded: list[FromOne[Exclusion]] = Field(description="Faults that the logs exclude")
     untold: list[str] = Field(description="Faults that the logs cannot reveal")
+    largest_undetected: str | None = Field(
+        None, description="The fault that the logs do not exclude with the largest effect on a gain, null without one"
+    )
 
     @property
     def found(self) -> Diagnosed:
         """Return the diagnoses, with joints from 0."""
         return Diagnosed(
-            diagnoses=tuple(self.diagnoses), excluded=tuple(self.excluded), undetectable=tuple(self.untold)
+            diagnoses=tuple(self.diagnoses),
+            excluded=tuple(self.excluded),
+            undetectable=tuple(self.untold),
+            largest_undetected=self.largest_undetected,
         )
 
     @staticmethod
@@ -55,6 +63,7 @@ class DiagnosedResult(ResultModel):
             "diagnoses": list(found.diagnoses),
             "excluded": list(found.excluded),
             "untold": list(found.undetectable),
+            "largest_undetected": found.largest_undetected,
         }
 
     @property
@@ -63,6 +72,11 @@ class DiagnosedResult(ResultModel):
         numbers = {"fault": Severity.WRONG, "warning": Severity.WEAK}
         each = {what: sum(one.severity is severity for one in self.diagnoses) for what, severity in numbers.items()}
         return " and ".join(many(count, what) for what, count in each.items() if count)
+
+    def undetected_note(self, more: str = "") -> list[Paragraph]:
+        """Return a sentence on the largest fault that the logs do not exclude, with `more`; nothing without one."""
+        said = f"Note: the largest fault that these logs do not exclude: {self.largest_undetected}{more}."
+        return [] if self.largest_undetected is None else [Paragraph(said)]
 
     def every_check(self, title: str) -> list[Part]:
         """Return a table of checks for each log and one for all together, the worst first, below a title; for files."""
@@ -101,22 +115,17 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
         if each.rivals:
             more = f" and {len(each.rivals) - 1} more" if each.rivals[1:] else ""
             said += f" These logs do not distinguish it from: {each.rivals[0]}{more}."
-        elif each.advice is not None:
+        if each.advice is not None:
             said += f" {each.advice[0].upper()}{each.advice[1:]}."
         parts.append(Paragraph(said, MOODS[each.severity], strong=strong and each.severity is not Severity.GOOD))
     return parts
 
 
 def horizon_fold(
-    excluded: Sequence[Exclusion], untold: Sequence[str], *, expected: bool = False, file_only: bool = False
+    excluded: Sequence[Exclusion], untold: Sequence[str], logs: str = "these logs", *, file_only: bool = False
 ) -> list[Part]:
-    """Return a folded table of excluded faults and of those that cannot be checked; nothing without any.
-
-    `expected` is for logs that are not recorded yet.
-    """
-    rows = [(each.sentence, "will be excluded" if expected else "excluded") for each in excluded]
-    rows += [(each, "will not be determined" if expected else "cannot be checked") for each in untold]
-    logs = "logs of these motions" if expected else "these logs"
+    """Return a folded table of faults that `logs` exclude or cannot reveal; nothing without any."""
+    rows = [*((each.sentence, "excluded") for each in excluded), *((each, "not revealed") for each in untold)]
     fault, said = (column(title, itemgetter(k), words=True) for k, title in enumerate(("Fault", f"With {logs}")))
     rest = f"{many(len(rows), 'kind')} of faults that {logs} exclude or cannot reveal"
     return [table(rows, fault, said, shown=0, rest=rest, file_only=file_only)] if rows else []

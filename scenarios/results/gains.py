@@ -35,10 +35,10 @@ if TYPE_CHECKING:  # the simulator is not needed by a process that only identifi
     from scenarios.experiments.schema import SourceTable
 
 MEANING = (
-    "Gains: torque [N m] of a revolute joint, force [N] of a prismatic one, per drive unit. 2 sigma: two standard "
-    "deviations of the gain, from the residual, the payload's specified uncertainty and the model together. If the "
-    "model's contribution is zero, errors of geometry, friction law and elasticity are not included."
+    "A unit is that of the logged current. 2 sigma: two standard deviations of the gain, from the residual, the "
+    "payload's specified uncertainty and the model."
 )
+WITHOUT_MODEL = " Errors of geometry, friction law and elasticity are not included."
 JUDGED = ("true", "rel_error", "z", "tolerance", "passed")
 """What needs a true value."""
 SHARES = {"residual_std": "residual", "payload_std": "payload", "model_std": "model"}
@@ -185,9 +185,10 @@ class Result(DiagnosedResult):
         yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
         yield self._table(unit)
-        yield Paragraph(MEANING)
+        yield Paragraph(MEANING + (WITHOUT_MODEL if any(gain.model_std == 0.0 for gain in gains) else ""))
         yield from doubt_paragraphs(found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
+        yield from self.undetected_note("; rx90 check --all lists the others")
         simulated = "" if self.timing.simulate_s is None else f"simulated in {self.timing.simulate_s:.2f} s, "
         yield Paragraph(
             f"{self.fit.rows} rows by {self.fit.method}, relative residual {100.0 * self.fit.rel_error_norm:.2f} %; "
@@ -239,7 +240,7 @@ class Result(DiagnosedResult):
             if self.mass is not None:
                 best = min(intervals, key=intervals.__getitem__)
                 error = two_digits(0.01 * intervals[best] * self.mass)
-                said += f"; joint {best} alone weighs {self.mass:.4g} kg to ±{error} kg at best"
+                said += f"; joint {best} alone weighs the {self.mass:.4g} kg to ±{error} kg"
         said += f"; {joints_named(self._in_doubt)} in doubt" if self._in_doubt and not self.judged else ""
         lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
         said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."

@@ -15,7 +15,7 @@ from ident.diagnosis.motion_quality import joint_motions
 from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario
-from scenarios.rendering.content import Heading, Paragraph, Part, Picture, Report
+from scenarios.rendering.content import Heading, Mood, Paragraph, Part, Picture, Report
 from scenarios.rendering.plot import Plot
 from scenarios.results.bare import BareResult
 from scenarios.results.check import Check, CheckLog, motion_parts, short_names
@@ -82,17 +82,27 @@ def page(folder: Path) -> Report:
     """Return the page of a saved run, identification, check or bare motions: its result, and what its files add."""
     record = read_record(folder)
     result, given = read_result(folder, KINDS[record.kind]), recorded_problem(folder, record)
+    title, mood, parts = record.title, Mood.PLAIN, list[Part]()
     if isinstance(result, Check):
-        parts: list[Part] = []
+        title, mood = result.headline, result.mood
         for name, motion in zip(short_names([log.log for log in result.logs]), given.motions, strict=True):
             parts.append(Heading(f"Currents of {name}, as recorded"))
             parts += [current_plot(motion.recording, joint) for joint in range(given.arm.n)]
-        return result.report(result.headline, *parts, *origin_parts(folder, record, given), mood=result.mood)
-    if isinstance(result, BareResult):
+    elif isinstance(result, BareResult):
         logs = [(each.recording, joint_motions(each.recording, given.arm, given.observing)) for each in given.motions]
-        moved = motion_parts([CheckLog.of(log.name, motions, given.arm) for log, motions in logs])
-        return result.report(record.title, *moved, *origin_parts(folder, record, given))
-    fit, parts = read_fit(folder), how_to_identify(result.gains, given.gains.max_rel_std)
+        parts += motion_parts([CheckLog.of(log.name, motions, given.arm) for log, motions in logs])
+    else:
+        parts += _fit_parts(folder, result, given.gains.max_rel_std)
+    seed = result.seed if isinstance(result, Result) else None
+    found = result.report(title, *parts, *origin_parts(folder, record, given, seed), mood=mood)
+    first = 0 if isinstance(result, Check) else 1  # after the verdict
+    made = Paragraph(f"From {', '.join(record.sources)}; made {record.created[:16].replace('T', ' ')} UTC.")
+    return replace(found, parts=(*found.parts[:first], made, *found.parts[first:]))
+
+
+def _fit_parts(folder: Path, result: Result, allowed: float) -> list[Part]:
+    """Return what would identify each refused gain, the torques, and the motions of a saved fit."""
+    fit, parts = read_fit(folder), how_to_identify(result.gains, allowed)
     names = short_names([motion.log for motion in fit.motions])
     parts += [Heading("Torques, measured and reconstructed"), Paragraph(TORQUES)]
     starts = list(zip(names, fit.begins, strict=False))
@@ -101,8 +111,7 @@ def page(folder: Path) -> Report:
         scale, unit = (gain.estimate, gain.unit.partition("/")[0]) if gain.estimate else (1.0, "drive units")
         t, v, residual = (fit.rows[name][at] for name in ("t", "v", "residual"))
         parts.append(torque_plot(joint - 1, unit, t, scale * v, scale * residual, fit.motion[at], starts, still))
-    parts += motion_parts(fit.motions)
-    return result.report(record.title, *parts, *origin_parts(folder, record, given, result.seed))
+    return parts + motion_parts(fit.motions)
 
 
 def current_plot(log: Recording, joint: int) -> Plot:

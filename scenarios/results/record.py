@@ -23,6 +23,7 @@ from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import many
 from scenarios.results.fit import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import (
     MODELS,
@@ -246,8 +247,7 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
         "filters and rows": listed(record.observe),
         "limits for accepting a gain": listed(record.gains),
     }
-    about = {"Made": record.created, **({} if seed is None else {"Seed": str(seed)})}
-    about["Recordings"] = ", ".join(record.sources)
+    about = {} if seed is None else {"Seed": str(seed)}
     commands = {"Original command": record.command} if record.command else {}
     if robot.transmission is None:  # which only a robot file states
         commands["The same from these files"] = again(folder, record)
@@ -265,5 +265,5 @@ def repeated(
     named = {"Versions": ", ".join(f"{name} {version}" for name, version in versions.items())} if versions else {}
     parts.append(pairs_table("What", "Value", {**about, **named}))
     if files:
-        parts.append(pairs_table("File", "SHA-256", files, shown=0, rest=f"SHA-256 of {len(files)} files"))
+        parts.append(pairs_table("File", "SHA-256", files, shown=0, rest=f"SHA-256 of {many(len(files), 'file')}"))
     return parts

@@ -10,6 +10,7 @@ import pandas as pd
 from pydantic import Field
 from scipy import stats
 
+from ident.diagnosis.diagnosis import two_digits
 from ident.support.arrays import Array, Indices
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL
@@ -17,7 +18,7 @@ from scenarios.experiments.study_folder import StudyFolder, read_study
 from scenarios.rendering.content import Heading, Paragraph, Part, Report, column, table
 from scenarios.rendering.plot import COLOURS, LIMIT, Plot
 from scenarios.rendering.result import ResultModel
-from scenarios.rendering.wording import percent, percent_range
+from scenarios.rendering.wording import many, percent, percent_range
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
 from scenarios.support.errors import ScenarioError
@@ -207,7 +208,7 @@ class Budget(ResultModel):
         )
         for budget in self.joints:
             floor = "refused" if budget.floor is None else f"{100.0 * budget.floor:+.3f} %"
-            lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
+            lost = f"; {many(budget.lost, 'trial')} gave no gain" if budget.lost else ""
             parts = f"sum of the single sources: {100.0 * budget.summed:.3f} %, none: {floor}; Sobol indices from "
             yield Heading(f"Joint {budget.joint}")
             yield Paragraph(f"All together {percent(budget.together)} % rms ({parts}{budget.samples} rows){lost}.")
@@ -222,7 +223,7 @@ class Budget(ResultModel):
                 column("First order", lambda cost: _index(cost.first)),
                 column("Total order", lambda cost: _index(cost.total)),
                 shown=SHOWN,
-                rest=f"and {len(hidden)} more with {100.0 * sum(cost.share for cost in hidden):.2g} % together",
+                rest=f"and {len(hidden)} more with {two_digits(100.0 * sum(cost.share for cost in hidden))} % together",
             )
             if silent := ", ".join(budget.silent):
                 text = f"Effect unknown, as no trial with one of these sources alone gave a gain: {silent}."

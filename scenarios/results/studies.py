@@ -11,6 +11,7 @@ import pandas as pd
 from pydantic import Field
 from scipy import stats
 
+from ident.diagnosis.diagnosis import two_digits
 from ident.support.arrays import Array
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.schema import Scenario
@@ -124,7 +125,11 @@ class StudyResult(ResultModel):
             of = f"worst: joint {worst.joint}, in {missed} of {trials} trials; {rule}"
             return verdict(f"{fail} ({of})", False)
         said = f"no joint fails in more than {missed} of" if missed else "every joint passes in all"
-        return verdict(f"{said} {trials} trials ({rule})", True)
+        said += f" {trials} trials ({rule})"
+        if errors := {joint.p95: joint.joint for joint in self.joints if joint.p95 is not None}:
+            size, joint = two_digits(100.0 * max(errors)), errors[max(errors)]
+            said += f"; 95 % of the errors are below {size} % (worst: joint {joint})"
+        return verdict(said, True)
 
 
 def monte_carlo_page(folder: Path) -> Report:

@@ -53,4 +53,4 @@ def test_a_predicted_motion_is_shown_by_joint():
     assert "3.1 % of rms, worse than with the other gains" in better._repr_html_()
     (axes,) = unseen.plot().axes
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), [np.nan, 0.031])
-    assert axes.get_ylim()[0] == 0.0
+    assert (axes.get_ylim()[0], axes.get_xlim()) == (0.0, (-0.5, 1.5))

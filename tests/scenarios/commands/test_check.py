@@ -39,7 +39,13 @@ def test_all_and_files_list_every_check_and_how_joints_moved(bare, capsys):
     for option in ("--all", "--format=markdown", "--format=html", "--quiet"):
         assert main(["check", "rx90", bare, option]) == 0
         told = capsys.readouterr().out
-        for words in ("no current is clipped", "encoder resolution", "Motion of unloaded", "Rms acceleration"):
+        for words in (
+            "no current is clipped",
+            "With these logs",
+            "encoder resolution",
+            "Motion of unloaded",
+            "Rms acceleration",
+        ):
             assert (words in told) == (option != "--quiet")
         assert ("--all lists every check" in told) == (option == "--quiet")
 

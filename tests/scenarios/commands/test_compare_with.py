@@ -44,7 +44,7 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
     # By the joint with the narrowest interval.
     known = [each for each in result["gains"] if each["std"]]
     spread, best = min((2.0 * each["std"] / abs(each["estimate"]), each["joint"]) for each in known)
-    said = f"joint {best} alone weighs {weight.mass:.4g} kg to ±{two_digits(spread * weight.mass)} kg at best"
+    said = f"joint {best} alone weighs the {weight.mass:.4g} kg to ±{two_digits(spread * weight.mass)} kg"
     assert said in " ".join(out.split())
 
 

@@ -69,6 +69,9 @@ def test_a_run_and_a_study_are_shown_as_their_pages_show_them(quick):
     assert run.plot().axes[0].get_title() == "Error of each gain, with its interval"
     assert (study.result().seed, study.result().trials, len(study.result().joints)) == (6, 3, 6)
     assert "<th>Bias [%]</th>" in study._repr_html_()
+    assert repr(study) == repr(study.result()) == next(iter(study.result().parts())).text
+    assert repr(study.result().joints[1]).startswith("JointStatistics(joint=2")
+    assert repr(quick.arm) == "Arm 'rx90': joint1, joint2, joint3, joint4, joint5, joint6"
     assert study.plot().axes[0].get_title() == "Coverage of two estimated standard deviations"
     assert study.to_frame().attrs["units"]["std"] == "N (m)/unit"
 

@@ -151,8 +151,8 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     assert costs == set(load_scenario("nominal").table.sources) - without
     assert main([*words, "--format", "markdown"]) == 0
     rows = capsys.readouterr().out
-    assert all(f"| {each['sentence']} | will be excluded |" in rows for each in found["excluded"])
-    assert all(f"| {each} | will not be determined |" in rows for each in found["untold"])
+    assert all(f"| {each['sentence']} | excluded |" in rows for each in found["excluded"])
+    assert all(f"| {each} | not revealed |" in rows for each in found["untold"])
     assert main(words) == 0
     text = capsys.readouterr().out
     count = len(found["excluded"]) + len(found["untold"])

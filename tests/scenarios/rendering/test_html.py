@@ -57,6 +57,7 @@ def test_what_stands_between_backticks_is_code_and_as_it_was_elsewhere():
     page = renderer("html")(report, Page())
     assert "more, <code>rx90 payload &lt;b&gt;</code> designs it; one ` alone stays</p>" in page
     assert "say <code>iv</code></t" in page
+    assert "off by 3.7&nbsp;%</p>" in renderer("html")(Report("Title", (Paragraph("off by 3.7 %"),), {}), Page())
     assert "`rx90 payload <b>`" in renderer("text")(report, Page())
 
 

@@ -46,6 +46,7 @@ FOUND = Diagnosed(
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
     undetectable=("zero of q1", "whether q4 is negated"),
+    largest_undetected="delays up to 5 ms",
 )
 MASS = CostQuantity(
     quantity="mass", unit="kg", true=None, stated=7.0, assumed=6.5, assumed_std=0.1, found=None, found_std=None
@@ -77,14 +78,15 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     said = texts(result_of(identified(0.8, 0.02), REFUSED, notes=("clock jitters",)))
     assert said[0] == "1 of 2 gains identified, ±5 %. See 1 warning below."  # 2 x 0.02 / 0.8
     assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
+    assert said[4].startswith("Note: the largest fault that these logs do not exclude: delays up to 5 ms; rx90 check ")
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
     (fold,) = horizon_fold(FOUND.excluded, FOUND.undetectable)
     assert [[cell.text for cell in row] for row in fold.rows] == [
         ["delays beyond 5 ms", "excluded"],
         ["another sign (7 of 12 cases)", "excluded"],
-        ["zero of q1", "cannot be checked"],
-        ["whether q4 is negated", "cannot be checked"],
+        ["zero of q1", "not revealed"],
+        ["whether q4 is negated", "not revealed"],
     ]
 
 
@@ -285,7 +287,7 @@ def test_estimates_with_either_gains_keep_their_own_deviations():
         "from joint 1 alone; with identified gains 5.020 kg (+1 %), tolerance 2 %."
     )
     for table, row in (
-        (weights, ["payload: mass", "5.60", "0.24", "5.020", "0.060", "4.970", "kg"]),
+        (weights, ["mass", "5.60", "0.24", "5.020", "0.060", "4.970", "kg"]),
         (errors, ["inertias of the arm", "30.0", "22.0", "5.0", "4.0"]),
         (alone, ["1", "1.0000", "0.8000", "-20.0", "5.900", "0.400", "5.100", "0.140", "21.0", "1.3"]),
     ):
@@ -299,7 +301,7 @@ def test_estimates_with_either_gains_keep_their_own_deviations():
     assert (same.passed, same.payload[0].true, same.payload[0].found) == (None, None, None)
     said, weights, alone, _ = same.parts("N m/unit")
     assert said.text.startswith("The payload of 5 kg: with the assumed gains 5.600 kg (+12 %)")
-    assert [cell.text for cell in weights.rows[0]] == ["payload: mass", "5.60", "0.24", "5.00", "kg"]
+    assert [cell.text for cell in weights.rows[0]] == ["mass", "5.60", "0.24", "5.00", "kg"]
     assert len(alone.columns) == 6
 
 

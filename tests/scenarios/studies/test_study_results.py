@@ -10,6 +10,7 @@ from printed import fits
 from quick import BRIEF, quick_scenario
 from scipy import stats
 
+from ident.diagnosis.diagnosis import two_digits
 from scenarios import assert_scenario, load
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import COLUMNS, allowed_misses, by_joint, joint_statistics
@@ -72,12 +73,18 @@ def test_the_worst_trials_are_told_with_the_command_that_shows_the_first():
 
 def test_the_verdict_names_the_trials_of_the_worst_joint():
     nominal, table = load_scenario("nominal"), normal_rows(40)
+    worse = table[table["joint"] == 1].assign(joint=3)
+    table = pd.concat([table, worse.assign(rel_error=1.7 * worse["rel_error"])])
     for missed, mood in ((3, Mood.GOOD), (19, Mood.BAD)):
         table["passed"] = (table["trial"] >= missed) | (table["joint"] == 1)
         result = StudyResult.of(nominal, 0, table)
         verdict = next(iter(result.parts()))
         assert (verdict.mood, verdict.strong, result.passed) == (mood, True, mood is Mood.GOOD)
         assert f"{missed} of 40 trials" in verdict.text
+        largest = max(100.0 * float(np.quantile(abs(rows["rel_error"]), 0.95)) for _, rows in table.groupby("joint"))
+        assert (
+            verdict.mood is Mood.BAD or f"; 95 % of the errors are below {two_digits(largest)} % (worst" in verdict.text
+        )
     for identifiable in (True, False):
         found = table.assign(identifiable=identifiable & (table["joint"] == 1))
         assert len(error_plots(found)) == identifiable

@@ -9,7 +9,6 @@ parent process, also where the working folder has a `sim.py` of the user.
 """
 
 import argparse
-import asyncio
 import gc
 import json
 import logging
@@ -251,6 +250,8 @@ def _address_in(file: Path) -> str:
 
 async def _greet(address: str) -> None:
     """Test the connection: a client would wait for the first answer without a timeout."""
+    import asyncio  # slow import
+
     from distributed.comm.core import connect
     from distributed.security import Security
 

@@ -96,8 +96,15 @@ def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_
 
 
 SLOW = {"pandas", "matplotlib", "jinja2", "glfw", "pyarrow.compute", "urllib.request"}
-SLOW |= {"scipy.signal", "scipy.stats", "scipy.ndimage"}
+SLOW |= {"scipy.signal", "scipy.stats", "scipy.ndimage", "numpy.f2py.crackfortran", "numpy.testing._private", "asyncio"}
 """What reads no Parquet, filters no recording and identifies no gain."""
+DRAWN = """
+[random.both]
+target = ["plant.payload.mass", "plant.gain"]
+distribution = "norm"
+parameters = { scale = 0.003 }
+apply = "add"
+"""
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +114,7 @@ def imported(weighed_cell, tmp_path_factory) -> dict[str, frozenset[str]]:
     commands = {
         "identify": [*identified(weighed_cell), *PLAIN],
         "check": ["check", "rx90", weighed_cell / "run" / "unloaded.parquet"],
-        "run": ["run", quick_scenario(folder, lasts=BRIEF), "--save", folder / "again"],
+        "run": ["run", quick_scenario(folder, DRAWN, lasts=BRIEF), "--save", folder / "again"],
     }
     outcomes = carried_out([["rx90", *map(str, words)] for words in commands.values()], folder)
     assert {each.status for each in outcomes} <= {0, 1}  # so short a motion may miss a tolerance

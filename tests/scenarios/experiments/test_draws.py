@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.experiments.draws import drawn_settings, spread_of
+from scenarios.experiments.draws import USUAL, drawn_settings, settings_from, spread_of
 from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario
 
@@ -31,6 +31,18 @@ def test_numbers_have_the_distribution_that_is_named(tmp_path):
     # Kolmogorov and Smirnov on 2400 numbers; the seeds are fixed, and one choice of seeds in a thousand fails.
     assert stats.kstest(factor.ravel(), stats.norm(1.0, 0.1).cdf).pvalue > 1e-3
     assert np.abs(np.corrcoef(factor.T) - np.eye(6)).max() < 4 / np.sqrt(400)  # joints are drawn by themselves
+
+
+@pytest.mark.parametrize("name", USUAL)
+def test_quantiles_are_those_of_scipy(name):
+    table, u, scale = (
+        load_scenario("nominal").table,
+        np.array([0.003, 0.17, 0.44, 0.61, 0.83, 0.998]),
+        np.arange(2.0, 8.0),
+    )
+    draw = DrawTable(target="plant.gain", distribution=name, parameters={"loc": 0.3, "scale": tuple(scale)})
+    expected = getattr(stats, name).ppf(u, loc=0.3, scale=scale)
+    assert settings_from(draw, u, table)["plant.gain"] == expected.tolist()  # to the last digit: seeds keep their runs
 
 
 def test_add_replace_shared_and_arrays_of_parameters(tmp_path):

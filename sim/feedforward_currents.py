@@ -177,7 +177,7 @@ def _settled(
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
             v.flags.writeable = False
-            return v, warmed(v)[-1]
+            return v, warmed(v)[-1] if warms else cold
         before = v
     return None
 

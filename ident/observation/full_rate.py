@@ -72,7 +72,7 @@ class FullRate:
     def spread(self, row_weights: Array, joint: int, samples: int) -> Array:
         """Weights of a recording's samples, shape (samples,), in a sum of a joint's rows with weights of shape (rows,).
 
-        This is `decimated` of `sampled`, transposed; the joint is from 0.
+        This is `sampled`, cleared of reversals and decimated, transposed; the joint is from 0.
         """
         of_samples = self.decimator.spread(row_weights)
         here = np.zeros(len(self.q))
@@ -81,11 +81,6 @@ class FullRate:
         inner = np.repeat(np.where(self.moving[:, joint], here, 0.0) / self.group, self.group)
         weights[self.edge : self.edge + len(inner)] = inner
         return weights
-
-    def decimated(self, x: Array, joint: int) -> Array:
-        """Signals (N, ...) of a joint, from 0, masked at reversals and decimated like its current, (rows, ...)."""
-        moving = self.moving[:, joint].reshape(-1, *[1] * (x.ndim - 1))
-        return self.decimator.applied(np.where(moving, x, 0.0))
 
 
 @once_per_object

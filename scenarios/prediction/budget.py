@@ -111,7 +111,7 @@ class Predictor:
     def _by_currents(self, settings: Settings) -> Array:
         setup, logs = self._logged(settings)
         for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
-            if stronger := quiet.louder(experiment.sensors, self.linear.every):
+            if stronger := quiet.louder(experiment.sensors):
                 raise ScenarioError(
                     f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
                 )

@@ -11,8 +11,10 @@ the position of joint l acts like currents -h_j M_jl d^2 q / dt^2, with the low-
 through speed and gravity is less than a hundredth of that.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -23,7 +25,7 @@ from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.recording import Recording
-from ident.support.arrays import Array, Mask
+from ident.support.arrays import Array
 from scenarios.experiments.run import as_identified
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import grouped
@@ -33,23 +35,27 @@ from sim.sensors import SensorOptions, logged, noises, without_spectrum
 from sim.sensors.sensor import Log, Noise
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Expected:
     """The expected log of one motion at a sufficient rate, without random effects."""
 
     log: Log
-    noises: tuple[Noise, ...]  # models of the noise, with the spectral density at the real rate
-    unknown: tuple[str, ...]  # streams of random effects without a known spectrum
+    sensors: SensorOptions
+    every: int  # ratio of the controller's rate to that of the log
 
-    @classmethod
-    def of(cls, log: Log, sensors: SensorOptions, every: int) -> "Expected":
-        """Return a log with its noise at a lower rate: white noise keeps its density, other noise its variance."""
-        share = 1.0 / np.sqrt(every)
-        thinned = (
+    @cached_property
+    def noises(self) -> tuple[Noise, ...]:
+        """Models of the noise: at this rate, white noise keeps its spectral density, other noise its variance."""
+        share = 1.0 / np.sqrt(self.every)
+        return tuple(
             replace(x, q=share * x.q, v=share * x.v) if x.sos is None and not x.lasting else x
-            for x in noises(log, sensors)
+            for x in noises(self.log, self.sensors)
         )
-        return cls(log, tuple(thinned), without_spectrum(log, sensors))
+
+    @cached_property
+    def unknown(self) -> tuple[str, ...]:
+        """Streams of random effects without a known spectrum."""
+        return without_spectrum(self.log, self.sensors)
 
     def recording(self, name: str, rng: np.random.Generator) -> Recording:
         """Return the log with one realisation of the noise of the currents."""
@@ -59,9 +65,11 @@ class Expected:
             v += noise.v * (drawn if noise.sos is None else filtered(noise.sos, drawn))
         return Recording(self.log.t, self.log.q, v, name)
 
-    def louder(self, sensors: SensorOptions, every: int) -> list[str]:
+    def louder(self, sensors: SensorOptions) -> list[str]:
         """Return noise streams that differ with other settings of sensors and the same log."""
-        other, own = Expected.of(self.log, sensors, every), {x.stream: (x.q, x.v) for x in self.noises}
+        if sensors == self.sensors:
+            return []
+        other, own = replace(self, sensors=sensors), {x.stream: (x.q, x.v) for x in self.noises}
         differing = [
             x.stream
             for x in other.noises
@@ -83,8 +91,7 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
     found: list[Expected] = []
     for each, v in zip(setup.experiments, feedforward_currents(setup.experiments, rate_hz), strict=True):
         motion = of_motors(states_of(each.trajectory, rate_hz), each.plant.robot.motors)
-        log = logged(motion.q, v, rate_hz, each.sensors, None)
-        found.append(Expected.of(log, each.sensors, every))
+        found.append(Expected(logged(motion.q, v, rate_hz, each.sensors, None), each.sensors, every))
     return tuple(found)
 
 
@@ -96,7 +103,7 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
     return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Linearised:
     """An estimate and its derivatives."""
 
@@ -124,42 +131,34 @@ class Linearised:
 
     def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
         """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
-        table, rows = self.setup.scenario.table, self.estimate.solution.rows
+        table = self.setup.scenario.table
         later = table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
-        dV = np.zeros(len(rows.V))
-        changes = [delayed(log.log.v - own.log.v, later) for log, own in zip(logs, base, strict=True)]
-        sampled = {place: self.behind[place].sampled(changes[place]) for place in self.places}
-        for place, joint, of in self._rows():
-            dV[of] = self.behind[place].decimated(sampled[place][:, joint], joint)[rows.position[of]]
-        return self.estimate.solution.influence @ dV
+        changes = (delayed(log.log.v - own.log.v, later) for log, own in zip(logs, base, strict=True))
+        return sum((np.tensordot(K, dv, 2) for K, dv in zip(self.weights, changes, strict=True)), np.zeros(1))
 
-    def weights(self, samples: int) -> list[Array]:
+    @cached_property
+    def weights(self) -> tuple[Array, ...]:
         """Derivatives of each 1/g with respect to each sample of each motion in order of time, each (k, samples, n).
 
         A compensated delay of the currents is omitted, as it does not affect noise.
         """
         solution, n = self.estimate.solution, self.setup.structure.arm.n
-        found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
-        for place, joint, of in self._rows():
-            at, share = solution.rows.position[of], solution.influence[:, of]
+        rows, samples = solution.rows, [len(full.recording.t) for full in self.behind]
+        found = tuple(np.zeros((len(solution.joints), count, n)) for count in samples)
+        for (number, place), joint in product(enumerate(self.places), range(n)):
+            of = (rows.joint == joint) & (rows.motion == number)
+            at, share = rows.position[of], solution.influence[:, of]
             for k in np.flatnonzero(share.any(axis=1)):
-                rows = np.zeros(int(at[-1]) + 1)
-                rows[at] = share[k]
-                found[place][k, :, joint] = self.behind[place].spread(rows, joint, samples)
+                weights = np.zeros(int(at[-1]) + 1)
+                weights[at] = share[k]
+                found[place][k, :, joint] = self.behind[place].spread(weights, joint, samples[place])
         return found
-
-    def _rows(self) -> Iterator[tuple[int, int, Mask]]:
-        """Yield motion in order of time, joint, and mask of the rows that are theirs."""
-        rows = self.estimate.solution.rows
-        for number, place in enumerate(self.places):
-            for joint in range(self.setup.structure.arm.n):
-                yield place, joint, (rows.joint == joint) & (rows.motion == number)
 
     def noise_variances(self, logs: Sequence[Expected]) -> dict[str, Array]:
         """Variance of each 1/g from each active noise stream, (k,) by name."""
         variances: dict[str, Array] = {}
         cutoff_hz = self.setup.scenario.table.identification.observe.cutoff_hz
-        for each, K, experiment in zip(logs, self.weights(len(logs[0].log.t)), self.setup.experiments, strict=True):
+        for each, K, experiment in zip(logs, self.weights, self.setup.experiments, strict=True):
             moved = any(noise.q.any() for noise in each.noises)
             by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else np.zeros_like(K)
             for noise in each.noises:

@@ -115,14 +115,18 @@ def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng
     q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
     recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
     observation = observe(recording, structure, ObserveOptions(rows_per_second=21.0))
-    behind, joint = observation.recorded, observation.joints[3]
-    own = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
-    np.testing.assert_allclose(own, joint.V, rtol=1e-9)  # a recording seen as its samples are; rounding
+    behind = observation.recorded
+
+    def rows_of(x: np.ndarray, joint: int) -> np.ndarray:
+        return behind.decimator.applied(np.where(behind.moving, behind.sampled(x), 0.0))[:, joint]
+
+    own = rows_of(recording.v, 3)[observation.joints[3].position]
+    np.testing.assert_allclose(own, observation.joints[3].V, rtol=1e-9)  # seen as its samples are; rounding
     assert behind.group == 2
     assert behind.edge > 100
     x = rng.normal(size=(4001, 6))
     for joint in (0, 4):
-        rows = behind.decimated(behind.sampled(x)[:, joint], joint)
+        rows = rows_of(x, joint)
         w = rng.normal(size=len(rows))
         spread = behind.spread(w, joint, 4001)
         assert spread.shape == (4001,)

@@ -24,7 +24,7 @@ from ident.numerics.filters import filtered
 from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import SIMULATED, Prepared, prepare
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array
 from scenarios.experiments.run import as_identified
 from scenarios.experiments.scenario import Setup
@@ -95,11 +95,12 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
     return tuple(found)
 
 
-def expected_preparation(setup: Setup, every: int) -> Prepared:
-    """Return the expected logs as prepared for identification, with the noise that some methods need."""
+def expected_preparation(setup: Setup, every: int, motions: Sequence[Motion] = ()) -> Prepared:
+    """Return the expected logs, or known motions, as prepared for identification; some methods need their noise."""
     rng, chosen = np.random.default_rng(0), setup.scenario.table.identification
-    logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
-    motions = as_identified(setup, [log.recording(experiment.name, rng) for log, experiment in logs])
+    if not motions:
+        logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
+        motions = as_identified(setup, [log.recording(experiment.name, rng) for log, experiment in logs])
     return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 
 
@@ -115,10 +116,10 @@ class Linearised:
     every: int  # ratio of the controller's sampling rate to that of the expected logs
 
     @classmethod
-    def of(cls, setup: Setup, every: int) -> "Linearised":
-        """Estimate the gains of a prepared scenario from its expected logs; raises as preparation and estimator."""
+    def of(cls, setup: Setup, every: int, motions: Sequence[Motion] = ()) -> "Linearised":
+        """Estimate the gains of a prepared scenario as `expected_preparation`; raises as preparation and estimator."""
         chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
-        expected = expected_preparation(setup, every)
+        expected = expected_preparation(setup, every, motions)
         parts = [expected.parts[k] for k in np.argsort(places)]
         behind = tuple(full for part in parts if (full := part.observation.full_rate) is not None)
         estimate = estimator(chosen.method).estimate(expected.problem, chosen.method_options)

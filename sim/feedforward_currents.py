@@ -10,7 +10,7 @@ act in every control period are evaluated with the same `term` as in the closed 
 follows from their currents. These currents also show whether the drives can follow a motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -164,6 +164,7 @@ def _settled(
     if (A := acts.build.robot.motors) is not None:  # of the motors
         rigid = np.asarray(np.linalg.solve(A.T, rigid.T).T, np.float64)
         states = of_motors(states, A)
+    beside = _beside(acts, states, rigid)
     v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
     steady = not varies(errors)  # nothing then depends on the current
     warms = Temperature.varies(errors)
@@ -173,7 +174,7 @@ def _settled(
 
     for _ in range(100):  # friction depends on the current
         warm = warmed(v)[:-1] if warms else np.zeros_like(v)
-        tau = rigid + _beside(acts, states, v, rigid, warm)
+        tau = rigid + beside(v, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
             v.flags.writeable = False
@@ -182,38 +183,45 @@ def _settled(
     return None
 
 
-def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
-    """Return the torque of friction and other effects [N m], (N, n); `rigid` is that of links and rotors."""
+def _beside(acts: Varied, states: States, rigid: Array) -> Callable[[Array, Array], Array]:
+    """Return the torque of friction and other effects [N m], (N, n), as a function of currents and temperature rise.
+
+    `rigid` is the torque of links and rotors.
+    """
     speed = states.dq @ acts.turns.T  # (N, n + c)
     rotors = (acts.inertia * (states.ddq @ acts.turns.T)) @ acts.turns
-    step = ControlStep(
-        period=float(states.t[1]),
-        q=states.q,
-        dq=states.dq,
-        v=v,
-        speed=speed,
-        friction=np.tile(acts.constant, (len(speed), 1)),
-        damping=np.tile(acts.damping, (len(speed), 1)),
-        torque=np.zeros_like(v),
-        turns=acts.turns[None],
-        transmitted=rigid - rotors,
-        warmth=warmth.copy(),
-    )
+    transmitted = rigid - rotors
+    friction, damping = (np.tile(each, (len(speed), 1)) for each in (acts.constant, acts.damping))
     active = [effect for effect in EFFECTS.values() if effect.varies(acts.errors)]
     along = [None if effect.instant else effect.along(acts.errors, acts.build) for effect in active]
     at_once = all(effect.instant or whole for effect, whole in zip(active, along, strict=True))
-    terms = [
-        whole if at_once and whole else effect.term([acts.errors], [acts.build])
-        for effect, whole in zip(active, along, strict=True)
-    ]
+    whole = [each or effect.term([acts.errors], [acts.build]) for effect, each in zip(active, along, strict=True)]
     fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
-    one_by_one = (  # as views, for effects with memory
-        replace(step, **{name: getattr(step, name)[k : k + 1] for name in fields}) for k in range(len(v))
-    )
-    for moment in [step] if at_once else one_by_one:
-        for add in terms:
-            add(moment)
-    return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
+
+    def torque(v: Array, warmth: Array) -> Array:
+        step = ControlStep(
+            period=float(states.t[1]),
+            q=states.q,
+            dq=states.dq,
+            v=v,
+            speed=speed,
+            friction=friction.copy(),
+            damping=damping.copy(),
+            torque=np.zeros_like(v),
+            turns=acts.turns[None],
+            transmitted=transmitted,
+            warmth=warmth.copy(),
+        )
+        one_by_one = (  # as views, for effects with memory
+            replace(step, **{name: getattr(step, name)[k : k + 1] for name in fields}) for k in range(len(v))
+        )
+        terms = whole if at_once else [effect.term([acts.errors], [acts.build]) for effect in active]
+        for moment in [step] if at_once else one_by_one:
+            for add in terms:
+                add(moment)
+        return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
+
+    return torque
 
 
 @lru_cache(maxsize=TABLES_KEPT)

@@ -12,7 +12,7 @@ removes them unless inertias are computed from them. Arms are cached, because th
 import ctypes
 import sys
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
@@ -36,15 +36,10 @@ SUPPORT = "table under the arm"
 PACKAGE, FILE = "package://", "file://"
 
 
-def _clock() -> ctypes.c_void_p:
-    """Return MuJoCo's callback of the clock, for its profile of each step, which takes a fifth of the time."""
-    try:
-        return ctypes.c_void_p.in_dll(ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__), "mjcb_time")
-    except (OSError, ValueError):  # a platform whose libraries do not show what they are linked to
-        return ctypes.c_void_p()
-
-
-CLOCK = _clock()
+CLOCK = ctypes.c_void_p()
+"""MuJoCo's callback of the clock, for its profile of each step, which takes a fifth of the time."""
+with suppress(OSError, ValueError):  # on a platform whose libraries do not show what they are linked to
+    CLOCK = ctypes.c_void_p.in_dll(ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__), "mjcb_time")
 
 
 @contextmanager

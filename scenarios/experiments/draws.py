@@ -100,57 +100,44 @@ def applied(draw: DrawTable, numbers: Array, table: ScenarioTable) -> dict[str, 
 def spread_of(draw: DrawTable, table: ScenarioTable) -> tuple[Array, Array]:
     """Return mean and standard deviation of each number of a draw, not finite if it has none."""
     middle = _quantiles(draw, np.full(numbers_needed(draw, table), 0.5), table)  # raises if a draw is not possible
-    distribution, parameters = _distribution(draw, table)
+    family, shapes, loc, scale = _distribution(draw, table)
     with np.errstate(all="ignore"):
-        mean, std = distribution.mean(**parameters), distribution.std(**parameters)
+        mean, std = loc + scale * family.mean(**shapes), scale * family.std(**shapes)
     return np.broadcast_to(mean, middle.shape), np.broadcast_to(std, middle.shape)
 
 
 def _quantiles(draw: DrawTable, uniform: Array, table: ScenarioTable) -> Array:
     """Return the quantiles of a draw's distribution at uniform numbers, for each number of its targets."""
-    distribution, parameters = _distribution(draw, table)
+    family, shapes, loc, scale = _distribution(draw, table)
     total = sum(map(np.size, _bases(draw, table).values()))
     with np.errstate(all="ignore"):
-        numbers = np.asarray(distribution.ppf(np.broadcast_to(uniform, total), **parameters), dtype=np.float64)
+        numbers = loc + np.where(scale > 0.0, scale, np.nan) * family.ppf(np.broadcast_to(uniform, total), **shapes)
     if not np.isfinite(numbers).all():
         stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
         raise WrongValue(f"{draw.distribution} with {stated} gives no finite numbers; is its scale above 0?")
     return numbers
 
 
-@dataclass(frozen=True, slots=True)
-class _Usual:
-    """Stands for a distribution of scipy.stats, whose import takes .3 s."""
+class Family(NamedTuple):
+    """Distributions with loc 0 and scale 1 by their shapes; methods as in scipy.stats, whose import takes .3 s."""
 
-    quantile: Callable[[Array], Array]  # as `centre` and `deviation`, with loc 0 and scale 1
-    centre: float
-    deviation: float
-    shapes: None = None
-
-    def ppf(self, u: Array, loc: Array | float = 0.0, scale: Array | float = 1.0) -> Array:
-        return loc + np.where(np.greater(scale, 0.0), scale, np.nan) * self.quantile(u)
-
-    def mean(self, loc: Array | float = 0.0, scale: Array | float = 1.0) -> Array | float:
-        return loc + scale * self.centre
-
-    def std(self, loc: Array | float = 0.0, scale: Array | float = 1.0) -> Array | float:
-        return scale * self.deviation
+    shapes: tuple[str, ...]
+    ppf: Callable[..., Array]
+    mean: Callable[..., Array]
+    std: Callable[..., Array]
 
 
 USUAL = {
-    "norm": _Usual(lambda u: scipy.special.ndtri(u), 0.0, 1.0),
-    "uniform": _Usual(lambda u: u, 0.5, 12.0**-0.5),
+    "norm": Family((), lambda u: scipy.special.ndtri(u), lambda: np.zeros(()), lambda: np.ones(())),
+    "uniform": Family((), lambda u: u, lambda: np.full((), 0.5), lambda: np.full((), 12.0**-0.5)),
 }
 
 
-def _distribution(
-    draw: DrawTable, table: ScenarioTable
-) -> "tuple[_Usual | scipy.stats.rv_continuous, dict[str, Array]]":
-    """Return the distribution of a draw and its parameters: arrays have a value per number of a target, or of all."""
-    name, parameters = draw.distribution or "", dict[str, Array]()
-    distribution, sizes = USUAL.get(name) or _named(name), [np.size(base) for base in _bases(draw, table).values()]
-    shapes = [shape.strip() for shape in (distribution.shapes or "").split(",") if shape.strip()]
-    takes = [*shapes, "loc", "scale"]
+def _distribution(draw: DrawTable, table: ScenarioTable) -> tuple[Family, dict[str, Array], Array, Array]:
+    """Return the family of a draw, shapes, loc and scale: arrays have a value per number of a target, or of all."""
+    name, given = draw.distribution or "", {"loc": np.zeros(()), "scale": np.ones(())}
+    family, sizes = USUAL.get(name) or _named(name), [np.size(base) for base in _bases(draw, table).values()]
+    takes = [*family.shapes, *given]
     for key, value in draw.parameters.items():
         if key not in takes:
             raise WrongValue(f"{name} takes no parameter {key!r}{nearest(key, takes)}; it takes {', '.join(takes)}")
@@ -159,23 +146,24 @@ def _distribution(
             if {len(array)} != set(sizes):
                 raise WrongValue(f"{name} with {key} = {value}: expected numbers, or arrays of {sizes[0]}")
             array = np.tile(array, len(sizes))
-        parameters[key] = array
-    if missing := [shape for shape in shapes if shape not in parameters]:
+        given[key] = array
+    if missing := [shape for shape in family.shapes if shape not in given]:
         raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
-    return distribution, parameters
+    return family, {shape: given[shape] for shape in family.shapes}, given["loc"], given["scale"]
 
 
 @lru_cache(maxsize=64)
-def _named(name: str) -> "scipy.stats.rv_continuous":
-    """Return a distribution of scipy.stats with its own quantile function; a numerical search may not end."""
-    family = scipy.stats.rv_continuous
-    known = [key for key, value in vars(scipy.stats).items() if isinstance(value, family)]
+def _named(name: str) -> Family:
+    """Return a family of scipy.stats with its own quantile function; a numerical search may not end."""
+    general = scipy.stats.rv_continuous
+    known = [key for key, value in vars(scipy.stats).items() if isinstance(value, general)]
     if name not in known:
         raise WrongValue(f"no continuous distribution {name!r} in scipy.stats{nearest(name, known)}")
-    distribution: scipy.stats.rv_continuous = getattr(scipy.stats, name)
-    if type(distribution)._ppf is family._ppf:
+    found: scipy.stats.rv_continuous = getattr(scipy.stats, name)
+    if type(found)._ppf is general._ppf:
         raise WrongValue(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
-    return distribution
+    shapes = tuple(shape.strip() for shape in (found.shapes or "").split(",") if shape.strip())
+    return Family(shapes, found.ppf, found.mean, found.std)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

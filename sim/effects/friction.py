@@ -47,7 +47,6 @@ def stepwise(distance: Array) -> Callable[[Array, float], Array]:
 
 def at_once(distance: Array) -> Callable[[Array, float], Array]:
     """Return the function for all speeds of one motion: between reversals s - sign(dq) decays with the distance."""
-
     known: list[tuple[Array, Array]] = []  # of the last motion, which currents are iterated for
 
     def course(speed: Array, period: float) -> Array:

@@ -193,9 +193,9 @@ def _beside(acts: Varied, states: States, rigid: Array) -> Callable[[Array, Arra
     transmitted = rigid - rotors
     friction, damping = (np.tile(each, (len(speed), 1)) for each in (acts.constant, acts.damping))
     active = [effect for effect in EFFECTS.values() if effect.varies(acts.errors)]
-    along = [None if effect.instant else effect.along(acts.errors, acts.build) for effect in active]
-    at_once = all(effect.instant or whole for effect, whole in zip(active, along, strict=True))
-    whole = [each or effect.term([acts.errors], [acts.build]) for effect, each in zip(active, along, strict=True)]
+    own = [acts.errors], [acts.build]
+    along = [effect.term(*own) if effect.instant else effect.along(acts.errors, acts.build) for effect in active]
+    whole = [term for term in along if term is not None]
     fields = ("q", "dq", "v", "speed", "friction", "damping", "torque", "transmitted", "warmth")
 
     def torque(v: Array, warmth: Array) -> Array:
@@ -212,11 +212,11 @@ def _beside(acts: Varied, states: States, rigid: Array) -> Callable[[Array, Arra
             transmitted=transmitted,
             warmth=warmth.copy(),
         )
-        one_by_one = (  # as views, for effects with memory
-            replace(step, **{name: getattr(step, name)[k : k + 1] for name in fields}) for k in range(len(v))
-        )
-        terms = whole if at_once else [effect.term([acts.errors], [acts.build]) for effect in active]
-        for moment in [step] if at_once else one_by_one:
+        steps, terms = iter([step]), whole
+        if len(whole) < len(active):  # as views, for effects with memory
+            terms = [effect.term(*own) for effect in active]
+            steps = (replace(step, **{name: getattr(step, name)[k : k + 1] for name in fields}) for k in range(len(v)))
+        for moment in steps:
             for add in terms:
                 add(moment)
         return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque

@@ -134,25 +134,25 @@ class Linearised:
         """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
         table = self.setup.scenario.table
         later = table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
-        changes = (delayed(log.log.v - own.log.v, later) for log, own in zip(logs, base, strict=True))
-        return sum((np.tensordot(K, dv, 2) for K, dv in zip(self.weights, changes, strict=True)), np.zeros(1))
+        changed = zip(self.weights, logs, base, strict=True)
+        parts = [np.einsum("tkj,tj->k", K, delayed(log.log.v - own.log.v, later)) for K, log, own in changed]
+        return np.sum(parts, axis=0)
 
     @cached_property
     def weights(self) -> tuple[Array, ...]:
-        """Derivatives of each 1/g with respect to each sample of each motion in order of time, each (k, samples, n).
+        """Derivatives of each 1/g with respect to each sample of each motion in order of time, each (samples, k, n).
 
         A compensated delay of the currents is omitted, as it does not affect noise.
         """
-        solution, n = self.estimate.solution, self.setup.structure.arm.n
-        rows, samples = solution.rows, [len(full.recording.t) for full in self.behind]
-        found = tuple(np.zeros((len(solution.joints), count, n)) for count in samples)
+        solution, k, n = self.estimate.solution, len(self.estimate.solution.joints), self.setup.structure.arm.n
+        rows, found = solution.rows, tuple(np.zeros((len(each.recording.t), k, n)) for each in self.behind)
         for (number, place), joint in product(enumerate(self.places), range(n)):
             of = (rows.joint == joint) & (rows.motion == number)
             at, share = rows.position[of], solution.influence[:, of]
-            for k in np.flatnonzero(share.any(axis=1)):
+            for i in np.flatnonzero(share.any(axis=1)):
                 weights = np.zeros(int(at[-1]) + 1)
-                weights[at] = share[k]
-                found[place][k, :, joint] = self.behind[place].spread(weights, joint, samples[place])
+                weights[at] = share[i]
+                found[place][:, i, joint] = self.behind[place].spread(weights, joint, len(found[place]))
         return found
 
     def noise_variances(self, logs: Sequence[Expected]) -> dict[str, Array]:
@@ -170,27 +170,20 @@ class Linearised:
 
 def _variance(noise: Noise, K: Array, by_position: Array) -> Array:
     """Return the variance of each 1/g from one noise of one motion, shape (k,)."""
-    total = K * noise.v + by_position * noise.q
+    q, v = (np.atleast_2d(size)[:, None] for size in (noise.q, noise.v))  # of all samples, or of each
+    total = K * v + by_position * q
     if noise.lasting:
-        total = total.sum(axis=1, keepdims=True)
+        total = total.sum(axis=0, keepdims=True)
     if noise.shared:
         total = total.sum(axis=2, keepdims=True)
     if noise.sos is not None:  # backwards in time: effect of a number on all later samples
-        backwards, shape = _time_first(total[:, ::-1])
+        backwards = total[::-1].reshape(len(total), -1)
         settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
-        return np.sum(settled.reshape(-1, *shape) ** 2, axis=(0, 2))
-    return np.sum(total**2, axis=(1, 2))
+        total = settled.reshape(-1, *total.shape[1:])
+    return np.sum(total**2, axis=(0, 2))
 
 
 def _by_position(K: Array, experiment: Experiment, rate_hz: float, cutoff_hz: float) -> Array:
-    """Return the derivative of each 1/g with respect to each logged position, shape (k, N, n)."""
-    force = K / experiment.plant.drives.gain  # (k, N, n)
-    moved, shape = _time_first(np.einsum("ktj,tjl->ktl", force, inertia_along(experiment, rate_hz)))
-    twice = smooth_motion(moved, 1.0 / rate_hz, cutoff_hz)[2]
-    return -twice.reshape(-1, *shape).swapaxes(0, 1)
-
-
-def _time_first(values: Array) -> tuple[Array, tuple[int, int]]:
-    """Return values (k, N, n) as (N, k n), and (k, n)."""
-    k, samples, n = values.shape
-    return values.swapaxes(0, 1).reshape(samples, k * n), (k, n)
+    """Return the derivative of each 1/g with respect to each logged position, shape (N, k, n)."""
+    moved = np.einsum("tkj,tjl->tkl", K / experiment.plant.drives.gain, inertia_along(experiment, rate_hz))
+    return -smooth_motion(moved.reshape(len(K), -1), 1.0 / rate_hz, cutoff_hz)[2].reshape(K.shape)

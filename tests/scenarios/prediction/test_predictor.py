@@ -83,17 +83,18 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
             logged(each.log.q, each.log.v, 1000.0, loud.experiments[0].sensors, noise).v - each.log.v
             for each, noise in zip(logs, motion_streams(seed, {}, 2), strict=True)
         ]
-        changes.append(sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(linear.weights, drawn, strict=True)))
+        changes.append(sum(np.einsum("tkj,tj->k", K, dv) for K, dv in zip(linear.weights, drawn, strict=True)))
     np.testing.assert_allclose(np.std(changes, axis=0), predicted, rtol=0.26)
 
 
 @pytest.mark.parametrize(("lasting", "shared"), [(False, True), (True, False)])
 def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lasting, shared):
-    K, by_position = rng.normal(size=(2, 2, 5, 3))
+    K, by_position = rng.normal(size=(2, 5, 2, 3))
     q, v = rng.normal(size=(2, 3))
     noise = Noise(stream="new", q=q, v=v, lasting=lasting, shared=shared)
-    draws = np.eye((1 if lasting else 5) * (1 if shared else 3)).reshape(-1, 1 if lasting else 5, 1 if shared else 3)
-    found = [np.sum((K * v + by_position * q) * draw, axis=(1, 2)) for draw in draws]
+    shape = (-1, 1 if lasting else 5, 1, 1 if shared else 3)
+    draws = np.eye((1 if lasting else 5) * (1 if shared else 3)).reshape(shape)
+    found = [np.sum((K * v + by_position * q) * draw, axis=(0, 2)) for draw in draws]
     np.testing.assert_allclose(_variance(noise, K, by_position), np.sum(np.square(found), axis=0), rtol=1e-12)
 
 
@@ -106,7 +107,7 @@ def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich):
     ]
     ends = [inverse_gains(rich, recordings) for recordings in moved]
     found = sum(
-        np.einsum("ktj,tj->k", _by_position(K, experiment, logs[0].log.rate_hz, 15.0), dq)
+        np.einsum("tkj,tj->k", _by_position(K, experiment, logs[0].log.rate_hz, 15.0), dq)
         for K, experiment, dq in zip(linear.weights, rich.experiments, waves, strict=True)
     )
     expected = 0.5 * (ends[1] - ends[0])

@@ -179,10 +179,6 @@ class Sources:
         """Number of uniform numbers of all sources."""
         return max(each.stop for each in self.columns.values())
 
-    def medians(self) -> dict[str, Array]:
-        """Return the uniform numbers of the median of every source."""
-        return {name: np.full(own.stop - own.start, 0.5) for name, own in self.columns.items()}
-
 
 def sources_of(scenario: Scenario) -> Sources:
     """The sources of a scenario; `ScenarioError` if there are none, one has no such target, or no gain is required."""
@@ -201,15 +197,11 @@ def sources_of(scenario: Scenario) -> Sources:
     return Sources(scenario=scenario, columns=columns, off=off)
 
 
-class Switched(NamedTuple):
-    """Switched sources: values of the scenario by key path, and seeds of the active noise streams."""
+def settings_with(sources: Sources, on: Mapping[str, Array]) -> tuple[dict[str, Value], dict[str, int]]:
+    """Switch sources on, by name with their uniform numbers, and all others off.
 
-    settings: Mapping[str, Value]
-    streams: Mapping[str, int]
-
-
-def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
-    """Switch sources. `on` has the uniform numbers of active sources, by name; all others are off."""
+    Returns values of the scenario by key path, and seeds of the active noise streams.
+    """
     table, settings, seeds = sources.scenario.table, dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
         source = table.sources[name]
@@ -218,7 +210,7 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
         else:
             seeds[source.stream] = int(uniform[0] * SEEDS)
             settings |= _settings(source, source.size, table)
-    return Switched(settings, seeds)
+    return settings, seeds
 
 
 def _settings(source: SourceTable, number: float | None, table: ScenarioTable) -> dict[str, Value]:

@@ -139,9 +139,9 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
             row = B if source == "B" else A.copy()
             row[own] = B[own]
             on = every(row)
-        switched = settings_with(sources, on)
+        settings, streams = settings_with(sources, on)
         labels = dict(zip(LABELS, (design, source, str(sample)), strict=True))
-        return Trial(number=number, seed=seed, settings=switched.settings, streams=switched.streams, labels=labels)
+        return Trial(number=number, seed=seed, settings=settings, streams=streams, labels=labels)
 
     return Study(
         kind="sensitivity",

@@ -76,18 +76,19 @@ class Predictor:
         """Linearise the estimate, and prepare the logs and their noise with every source off; raises as either."""
         sources, table = sources_of(scenario), scenario.table
         wanted = np.flatnonzero(table.tolerance.identifiable)
+        medians = {name: np.full(at.stop - at.start, 0.5) for name, at in sources.columns.items()}
         middle = dict[str, Value]()
         for draw in table.random.values():
             middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
-        middle |= settings_with(sources, sources.medians()).settings
+        middle |= settings_with(sources, medians)[0]
         setup = setup_of(with_settings(scenario, middle))
         self.linear = Linearised.of(setup, enough(setup))
         self.joints: Indices = wanted[self.linear.estimate.identifiable[wanted]]
         self._rows = np.searchsorted(self.linear.estimate.solution.joints, self.joints)
-        self._off = with_settings(scenario, settings_with(sources, {}).settings)
+        self._off = with_settings(scenario, settings_with(sources, {})[0])
         self._quiet, self._quiet_logs = self._logged({})
-        streams = {name: np.full(1, 0.5) for name, source in table.sources.items() if source.stream is not None}
-        _, loud = self._logged(settings_with(sources, streams).settings)
+        streams = {name: medians[name] for name, source in table.sources.items() if source.stream is not None}
+        _, loud = self._logged(settings_with(sources, streams)[0])
         self._variances = self.linear.noise_variances(loud)
         self._left = self.linear.noise_variances(self._quiet_logs)
         self.unknown = tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))

@@ -16,13 +16,13 @@ from scenarios.support.errors import ScenarioError
 
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
     sources = sources_of(load_scenario(str(two_sources(tmp_path))))
-    off = settings_with(sources, {}).settings
-    heavy = settings_with(sources, {"mass": np.array([0.8])}).settings
+    off = settings_with(sources, {})[0]
+    heavy = settings_with(sources, {"mass": np.array([0.8])})[0]
     assert heavy["plant.payload.mass"] != off["plant.payload.mass"] == 7.025
     assert heavy["experiment.sensors.current_white"] == 0.0
-    noisy = settings_with(sources, {"white": np.array([0.25])})
-    assert noisy.settings == {"plant.payload.mass": 7.025, "experiment.sensors.current_white": 0.05}
-    assert noisy.streams == {"white": 2**29}
+    noisy, streams = settings_with(sources, {"white": np.array([0.25])})
+    assert noisy == {"plant.payload.mass": 7.025, "experiment.sensors.current_white": 0.05}
+    assert streams == {"white": 2**29}
 
 
 def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):

@@ -123,13 +123,17 @@ class Family(NamedTuple):
 
     shapes: tuple[str, ...]
     ppf: Callable[..., Array]
-    mean: Callable[..., Array]
-    std: Callable[..., Array]
+    mean: Callable[..., Array | float]
+    std: Callable[..., Array | float]
+
+
+def _normal(u: Array) -> Array:
+    return scipy.special.ndtri(u)
 
 
 USUAL = {
-    "norm": Family((), lambda u: scipy.special.ndtri(u), lambda: np.zeros(()), lambda: np.ones(())),
-    "uniform": Family((), lambda u: u, lambda: np.full((), 0.5), lambda: np.full((), 12.0**-0.5)),
+    "norm": Family((), _normal, lambda: 0.0, lambda: 1.0),
+    "uniform": Family((), np.positive, lambda: 0.5, lambda: 12.0**-0.5),
 }
 
 

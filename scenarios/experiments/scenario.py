@@ -19,7 +19,7 @@ from ident.payload.payload import Payload, payload_from_table, payload_to_table
 from ident.support.arrays import Array, readonly
 from ident.support.errors import PayloadError, placed
 from ident.support.naming import nearest
-from ident.support.options import options_from_table, table_from_words
+from ident.support.options import is_number, options_from_table, table_from_words
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.robots import robot
 from scenarios.experiments.robots import structure as believed_structure
@@ -109,11 +109,11 @@ def value_at(table: ScenarioTable, place: str) -> Value:
         inner = below[key]
     if inner is None and place.startswith(OPTIONAL):
         return [0.0] * len(table.tolerance.gain)
-    if isinstance(inner, list | tuple) and all(map(_is_number, inner)):
+    if isinstance(inner, list | tuple) and all(map(is_number, inner)):
         return [float(x) for x in inner]
     if isinstance(inner, str):
         return inner
-    if isinstance(inner, float | int) and _is_number(inner):
+    if is_number(inner):
         return float(inner)
     kind = "a table" if _entries(inner) else f"{inner!r}"
     raise ScenarioError(f"{place} holds {kind}; expected a number, an array of numbers or a name")
@@ -164,10 +164,6 @@ def _entries(node: object) -> dict[str, Any]:
     if is_dataclass(node):
         return {field.name: getattr(node, field.name) for field in fields(node)}
     return {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, float | int) and not isinstance(value, bool)
 
 
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:

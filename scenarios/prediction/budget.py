@@ -29,9 +29,7 @@ from sim.feedforward_currents import check_torque_limits
 NO_SPECTRUM = "no first-order model for"
 TAKEN = ("plant.", "experiment.sensors.")
 """Key paths (beginnings) that change the logs of the same motion."""
-LATER = "identification."
-"""Key paths (beginning) that need a new estimate from the same logs."""
-AGAIN = ("belief.", LATER, "experiment.motion", "experiment.protocol")
+AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
 """Key paths (beginnings) that need a new estimate."""
 Settings = Mapping[str, Value]
 OTHER = "noise that is no source"
@@ -128,7 +126,7 @@ class Predictor:
         own = self.linear.setup
         if all(value_at(own.scenario.table, place) == value for place, value in settings.items()):
             return np.zeros(len(self.joints))
-        same = all(place.startswith(LATER) for place in settings)
+        same = all(place.startswith("identification.") for place in settings)  # logs
         with_it = Linearised.of(changed(own, settings), self.linear.every, self.linear.expected.motions if same else ())
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         lost = np.setdiff1d(self.joints, now.joints)

@@ -53,7 +53,7 @@ def silenced() -> Generator[None]:
         yield
     finally:
         before.set()
-        CLOCK.value = clock
+        CLOCK.value = clock or CLOCK.value  # another thread may have removed it
 
 
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:

@@ -1,4 +1,5 @@
 import re
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -207,9 +208,18 @@ def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent,
 def test_steps_are_profiled_outside_of_what_is_silenced_alone(tmp_path):
     model = bare_arm(written(tmp_path, "arm.xml", menagerie()), ROTORS)
     data = mujoco.MjData(model)
-    for _ in range(2):
-        with silenced(), silenced():
-            mujoco.mj_step(model, data)
-        assert not np.any(data.timer.duration)
+    with silenced():
+        with silenced():
+            pass
+        mujoco.mj_step(model, data)
+    assert not np.any(data.timer.duration)
+    one, other = silenced(), silenced()  # of two threads
+    for step in (
+        one.__enter__,
+        other.__enter__,
+        partial(one.__exit__, *[None] * 3),
+        partial(other.__exit__, *[None] * 3),
+    ):
+        step()
     mujoco.mj_step(model, data)
     assert data.timer.duration[mujoco.mjtTimer.mjTIMER_STEP] > 0.0

@@ -9,10 +9,8 @@ the inertia is computed from it. A simulation needs no shapes, and compiles and 
 removes them unless inertias are computed from them. Arms are cached, because this takes longer than compiling a trial.
 """
 
-import ctypes
-import sys
 from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
@@ -36,24 +34,16 @@ SUPPORT = "table under the arm"
 PACKAGE, FILE = "package://", "file://"
 
 
-CLOCK = ctypes.c_void_p()
-"""MuJoCo's callback of the clock, for its profile of each step, which takes a fifth of the time."""
-with suppress(OSError, ValueError):  # on a platform whose libraries do not show what they are linked to
-    CLOCK = ctypes.c_void_p.in_dll(ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__), "mjcb_time")
-
-
 @contextmanager
 def silenced() -> Generator[None]:
-    """Suppress MuJoCo's profile, and its lines on stderr and in a file: they become our errors; also a decorator."""
-    before, config, clock = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get(), CLOCK.value
+    """Suppress MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`: they become our errors; also a decorator."""
+    before, config = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     config.logto_console = config.logto_file = False
     config.set()
-    CLOCK.value = None
     try:
         yield
     finally:
         before.set()
-        CLOCK.value = clock or CLOCK.value  # another thread may have removed it
 
 
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:

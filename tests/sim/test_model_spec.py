@@ -1,5 +1,4 @@
 import re
-from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -11,7 +10,7 @@ from robot_folders import arm_xml
 
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError
-from sim.model_spec import full_spec, lean_spec, silenced, unusable_meshes
+from sim.model_spec import full_spec, lean_spec, unusable_meshes
 from sim.plant import PayloadBody, bare_arm, mount_payload
 
 ROTORS = np.array([0.3, 0.2, 0.1])
@@ -203,23 +202,3 @@ def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent,
     np.testing.assert_allclose(model.body_mass.sum(), 12.0 + max(float(mass), 0.0), rtol=1e-12)  # rounding of a sum
     with pytest.raises(PlantError, match="antenna"):
         bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "antenna" if parent == "tool0" else None)
-
-
-def test_steps_are_profiled_outside_of_what_is_silenced_alone(tmp_path):
-    model = bare_arm(written(tmp_path, "arm.xml", menagerie()), ROTORS)
-    data = mujoco.MjData(model)
-    with silenced():
-        with silenced():
-            pass
-        mujoco.mj_step(model, data)
-    assert not np.any(data.timer.duration)
-    one, other = silenced(), silenced()  # of two threads
-    for step in (
-        one.__enter__,
-        other.__enter__,
-        partial(one.__exit__, *[None] * 3),
-        partial(other.__exit__, *[None] * 3),
-    ):
-        step()
-    mujoco.mj_step(model, data)
-    assert data.timer.duration[mujoco.mjtTimer.mjTIMER_STEP] > 0.0

@@ -96,7 +96,7 @@ def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_
 
 
 SLOW = {"pandas", "matplotlib", "jinja2", "glfw", "pyarrow.compute", "urllib.request"}
-SLOW |= {"scipy.signal", "scipy.stats", "scipy.ndimage", "numpy.f2py.crackfortran", "numpy.testing._private", "asyncio"}
+SLOW |= {"scipy.signal", "scipy.stats", "scipy.ndimage", "asyncio"}
 """What reads no Parquet, filters no recording and identifies no gain."""
 DRAWN = """
 [random.both]

@@ -67,11 +67,8 @@ def verify_command(options: argparse.Namespace) -> Status:
             unseen = predict_with(file.known, replace(prepared, motions=bare), log, other=other)
     assert found.verified is not None, "of a weighed payload"
     result = Verification.of(found.verified, found.found, unseen)
-    return output.show(
-        result.report(f"{one_line(options.gains)} verified with the payload of {one_line(loaded[0].payload)}"),
-        options,
-        passed=result.passed,
-    )
+    title = f"{one_line(options.gains)} verified with the payload of {one_line(loaded[0].payload)}"
+    return output.show(result.report(title), options, passed=result.passed)
 
 
 def _compared(options: argparse.Namespace) -> Status:
@@ -90,10 +87,8 @@ def _compared(options: argparse.Namespace) -> Status:
     one, other = A.known, B.known
     found = compared(one, other.at_currents_of(one.curves))
     check_units(A, B)
-    report = GainComparison.of(found, A, B).report(
-        f"Gains A, {one_line(options.files[0])}, against B, {one_line(options.files[1])}"
-    )
-    return output.show(report, options, passed=not found.moved)
+    title = "Gains A, {}, against B, {}".format(*map(one_line, options.files))
+    return output.show(GainComparison.of(found, A, B).report(title), options, passed=not found.moved)
 
 
 def _payload_of(
@@ -135,9 +130,8 @@ def payload_of_command(options: argparse.Namespace) -> Status:
         found = _payload_of(options, file, options.unloaded, options.logs)
     joints = () if found.verified is None else found.verified.joints
     result = FoundPayload.of(found.payload, joints, found.found)
-    return output.show(
-        result.report(f"Payload of {', '.join(map(one_line, options.logs))}, with {one_line(options.gains)}"), options
-    )
+    title = f"Payload of {', '.join(map(one_line, options.logs))}, with {one_line(options.gains)}"
+    return output.show(result.report(title), options)
 
 
 def torque_arguments(parser: argparse.ArgumentParser) -> None:

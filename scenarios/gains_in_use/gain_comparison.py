@@ -70,7 +70,7 @@ class GainComparison(ResultModel):
         )
 
     def parts(self) -> Iterable[Part]:
-        """Conclusion, every joint's change, the common factor, and two tests of all joints."""
+        """Conclusion, the change of every joint, and the common factor."""
         unit, several = common_unit([each.unit for each in self.joints]), len(self.joints) > 1
 
         def apart(each: MovedJoint, name: str) -> float | None:
@@ -94,11 +94,6 @@ class GainComparison(ResultModel):
             f"A verdict is MOVED beyond {self.limit:.2f} standard deviations of log(B/A) (5 % false alarms"
             f"{' for all joints together' if several else ''}). Changes and 2 sigma are in % of A."
         )
-        tests = {"Test of no change": self.together, "Test of one change common to all joints": self.pattern}
-        for what, test in tests.items():
-            if test is not None:
-                numbers = f"chi2 = {test.chi2:.3g}, degrees of freedom = {test.freedom}, p = {test.p:.2g}"
-                yield Paragraph(f"{what}: {numbers}.")
         for each in self.missing:
             yield Paragraph(f"Joint {each['joint']} has a gain in {each['only_in']} only.")
         if self.shared:

@@ -72,14 +72,11 @@ class WithResult(Displayed):
         """Return the main statement of its result."""
         return self._headline()
 
-    def _shown(self) -> Displayed:
-        return self.result()
-
     def _columns(self) -> Mapping[str, Sequence[object]]:
-        return self._shown()._columns()
+        return self.result()._columns()
 
     def _headline(self) -> str:
-        return self._shown()._headline()
+        return self.result()._headline()
 
     def plot(self) -> "Figure":
         """Return the first plot of its result as a Matplotlib figure."""

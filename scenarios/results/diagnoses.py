@@ -43,7 +43,7 @@ class DiagnosedResult(ResultModel):
     excluded: list[FromOne[Exclusion]] = Field(description="Faults that the logs exclude")
     untold: list[str] = Field(description="Faults that the logs cannot reveal")
     largest_undetected: str | None = Field(
-        None, description="The fault that the logs do not exclude with the largest effect on a gain, null without one"
+        None, description="The fault that the logs do not exclude with the largest effect on a gain"
     )
 
     @property
@@ -100,8 +100,8 @@ class DiagnosedResult(ResultModel):
     @model_serializer(mode="wrap")
     def _at_the_end(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         values: dict[str, Any] = handler(self)
-        last = {key: values.pop(key) for key in DiagnosedResult.model_fields if key in values}
-        return values | last
+        last = {key: values.pop(key, None) for key in DiagnosedResult.model_fields}
+        return values | {key: value for key, value in last.items() if value is not None}
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:

@@ -95,7 +95,7 @@ def page(folder: Path) -> Report:
         parts += _fit_parts(folder, result, given.gains.max_rel_std)
     seed = result.seed if isinstance(result, Result) else None
     found = result.report(title, *parts, *origin_parts(folder, record, given, seed), mood=mood)
-    first = 0 if isinstance(result, Check) else 1  # after the verdict
+    first = next(k for k, part in enumerate(found.parts) if isinstance(part, Heading))
     made = Paragraph(f"From {', '.join(record.sources)}; made {record.created[:16].replace('T', ' ')} UTC.")
     return replace(found, parts=(*found.parts[:first], made, *found.parts[first:]))
 

@@ -15,6 +15,8 @@ from scenarios.rendering.wording import joints_named, percent, sentence, two_sig
 from scenarios.results.gains import common_unit
 from scenarios.results.gains_file import GainsFile
 
+MOVES = ("same", Mood.GOOD), ("MOVED", Mood.BAD), ("TURNED", Mood.BAD)  # a turned one has moved
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedJoint(Moved):
@@ -87,7 +89,7 @@ class GainComparison(ResultModel):
             column("2 sigma,\nchange [%]", lambda each: two_sigma(each.rel_std)),
             column("Relative to\ncommon factor [%]", lambda each: percent(apart(each, "rel_change"), "+.2f")),
             column("2 sigma,\nrelative [%]", lambda each: two_sigma(apart(each, "rel_std"))),
-            column("Verdict", _verdict, words=True),
+            column("Verdict", lambda each: Cell(*MOVES[each.moved + each.turned]), words=True),
         )
         yield Paragraph(self._common())
         yield Paragraph(
@@ -139,9 +141,3 @@ def _size(change: Moved) -> str:
     """Return a change with its interval, in words."""
     sign = "opposite sign, size " if change.turned else ""
     return f"{sign}{two_digits(100.0 * change.rel_change, sign='+')} %, 2 sigma {two_digits(200.0 * change.rel_std)} %"
-
-
-def _verdict(each: Moved) -> Cell:
-    if each.turned:
-        return Cell("TURNED", Mood.BAD)
-    return Cell("MOVED", Mood.BAD) if each.moved else Cell("same", Mood.GOOD)

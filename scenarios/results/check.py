@@ -68,8 +68,7 @@ class Check(DiagnosedResult):
         if found.severity is Severity.GOOD:
             return f"GOOD, no fault {checks}"
         label = "USABLE, " if found.severity is Severity.WEAK else "WRONG: "
-        worst = [each.worst for each in found.findings]
-        effects = [each for each in worst if each is not None and each.deviations is not None]
+        effects = [worst for each in found.findings if (worst := each.worst) and worst.deviations is not None]
         if not effects:
             return f"{label}{self.counted} {checks}"
         most = max(effects, key=lambda each: abs(each.percent))

@@ -72,11 +72,14 @@ class WithResult(Displayed):
         """Return the main statement of its result."""
         return self._headline()
 
+    def _shown(self) -> Displayed:
+        return self.result()
+
     def _columns(self) -> Mapping[str, Sequence[object]]:
-        return self.result()._columns()
+        return self._shown()._columns()
 
     def _headline(self) -> str:
-        return self.result()._headline()
+        return self._shown()._headline()
 
     def plot(self) -> "Figure":
         """Return the first plot of its result as a Matplotlib figure."""

@@ -233,7 +233,7 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
 
     robot, pairs = record.robot, zip(record.motions, given.motions, strict=True)
     payloads = {stated.payload: each.payload for stated, each in pairs if stated.payload}
-    if record.payload is not None:
+    if record.payload is not None and not payloads:  # of a loaded log it is the same
         payloads[record.payload] = read_payload(folder / record.payload)
     coupled = [f"motor {second} turns by the sum of joints {first} and {second}" for first, second in robot.couplings]
     if robot.transmission is not None:

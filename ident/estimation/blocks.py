@@ -136,7 +136,7 @@ class Alone:
         return x
 
     def extended(self, columns: Array, norms: Array) -> "Alone":
-        """Append columns without their own part, (n, B w, m), that had some norms, 0 to omit one, shape (n, m)."""
+        """Append columns without their own part, shape (n, B w, m), that had some norms, (n, m); 0 omits a column."""
         unit = self.outside(columns * np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)[:, None])
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)

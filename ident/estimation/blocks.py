@@ -285,12 +285,12 @@ class Blocks:
         )
         X = np.zeros((k, m))
         for _ in range(2):
-            along: Array = np.tensordot(self.weight**2, np.sum(self.against(new)[:, :, :k], axis=1), 1)
-            along -= self.prior.T @ (self.prior @ X)
+            along = np.einsum("j,jbkm->km", self.weight**2, self.against(new)[:, :, :k]) - self.prior.T @ (
+                self.prior @ X
+            )
             new, X = new - self.times(along[None, None]), X + along
         moved = self.prior @ X  # in the old coordinates, the new columns also move what has a prior
-        gram: Array = np.tensordot(self.weight**2, np.sum(flipped(new) @ new, axis=1), 1)
-        gram += np.diag(std**-2.0) + moved.T @ moved
+        gram = np.einsum("j,jbkm->km", self.weight**2, flipped(new) @ new) + np.diag(std**-2.0) + moved.T @ moved
         T = _inverse_root(gram)
         if T is None:
             return wide.at(self.weight)

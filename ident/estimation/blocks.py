@@ -285,9 +285,8 @@ class Blocks:
         )
         X = np.zeros((k, m))
         for _ in range(2):
-            along = np.einsum("j,jbkm->km", self.weight**2, self.against(new)[:, :, :k]) - self.prior.T @ (
-                self.prior @ X
-            )
+            along = np.einsum("j,jbkm->km", self.weight**2, self.against(new)[:, :, :k])
+            along -= self.prior.T @ (self.prior @ X)
             new, X = new - self.times(along[None, None]), X + along
         moved = self.prior @ X  # in the old coordinates, the new columns also move what has a prior
         gram = np.einsum("j,jbkm->km", self.weight**2, flipped(new) @ new) + np.diag(std**-2.0) + moved.T @ moved

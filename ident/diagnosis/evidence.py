@@ -47,14 +47,10 @@ class FreeFit:
         """Degrees of freedom: rows minus unknowns."""
         return len(self.V) - self.Q.shape[1]
 
-    def inside(self, columns: Array) -> Array:
-        """Return the coordinates of columns, shape (r, k), in the basis Q, shape (p, k)."""
-        return self.Q.against(columns)
-
     def without(self, columns: Array) -> Array:
         """Return the residuals of columns, shape (r, k) or (r,), in this fit."""
         given = columns.reshape(len(columns), -1)
-        return (given - self.Q.times(self.inside(given))).reshape(columns.shape)
+        return (given - self.Q.times(self.Q.against(given))).reshape(columns.shape)
 
     @cached_property
     def width(self) -> int:
@@ -110,7 +106,7 @@ class FreeFit:
         """
         if self._long:
             of_blocks = (self.Q.at(rows) for rows in self._by_block)
-            return np.linalg.inv(np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks]))
+            return readonly(np.linalg.inv(np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks])))
         Q = self.padded(self.Q.at(np.arange(len(self.V))))
         return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
 
@@ -244,7 +240,7 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
     for j, part, which, columns in stacked(fits, choices):
         if np.isfinite(unit := least[j]):
             c = columns.reshape(len(columns), len(which), m).transpose(1, 2, 0)
-            inside = part.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
+            inside = part.Q.against(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
             square[which] += np.einsum("kmr,kmr->km", c, c) / unit
             left[which] += (c @ c.swapaxes(1, 2) - inside @ inside.swapaxes(1, 2)) / unit
             along[which] += c @ part.residual[:, None] / unit

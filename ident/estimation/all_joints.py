@@ -25,7 +25,7 @@ from scipy.linalg import lapack
 
 from ident.estimation.blocks import flat, flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, rms
+from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, of_changes, rms
 from ident.estimation.rows import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
@@ -424,9 +424,7 @@ class Sensitivity:
     def jackknife(self) -> Array:
         """Covariance from fits without a time block, shape (q, q)."""
         du, dc, _ = self.fit.without_blocks
-        changes = du @ self.by_u.T + np.einsum("jbf,qjf->bq", dc, self.by_c)
-        apart = changes - changes.mean(axis=0)
-        return (len(changes) - 1) / len(changes) * (apart.T @ apart)
+        return of_changes(du @ self.by_u.T + np.einsum("jbf,qjf->bq", dc, self.by_c))
 
 
 def fit(ready: Setting, terms: Mapping[str, Term], before: Fit | None) -> Fit:

@@ -136,8 +136,8 @@ class Alone:
         return x
 
     def extended(self, columns: Array, norms: Array) -> "Alone":
-        """Append columns without their own part, (n, B w, m), that had some norms, 0 to omit one, shape (n, m)."""
-        unit = self.outside(columns * np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)[:, None])
+        """Append columns without their own part, shape (n, B w, m), that had some norms, (n, m); 0 omits a column."""
+        unit = self.outside(columns / np.where(norms > 0.0, norms, np.inf)[:, None])
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
@@ -285,13 +285,11 @@ class Blocks:
         )
         X = np.zeros((k, m))
         for _ in range(2):
-            along = np.tensordot(self.weight**2, np.sum(self.against(new)[:, :, :k], axis=1), 1)
+            along = np.einsum("j,jbkm->km", self.weight**2, self.against(new)[:, :, :k])
             along -= self.prior.T @ (self.prior @ X)
             new, X = new - self.times(along[None, None]), X + along
         moved = self.prior @ X  # in the old coordinates, the new columns also move what has a prior
-        gram = (
-            np.tensordot(self.weight**2, np.sum(flipped(new) @ new, axis=1), 1) + np.diag(std**-2.0) + moved.T @ moved
-        )
+        gram = np.einsum("j,jbkm->km", self.weight**2, flipped(new) @ new) + np.diag(std**-2.0) + moved.T @ moved
         T = _inverse_root(gram)
         if T is None:
             return wide.at(self.weight)

@@ -141,7 +141,11 @@ def jackknife(rows: Rows, influence: Array) -> Array:
     """
     if not len(influence):  # of no joint; there may be no row either
         return np.zeros((0, 0))
-    changes = np.array([influence[:, block] @ left for block, left in left_out(rows)])
+    return of_changes(np.array([influence[:, block] @ left for block, left in left_out(rows)]))
+
+
+def of_changes(changes: Array) -> Array:
+    """Return the covariance from the changes of k quantities without each of B time blocks, shape (B, k)."""
     apart = changes - changes.mean(axis=0)
     return (len(changes) - 1) / len(changes) * (apart.T @ apart)
 

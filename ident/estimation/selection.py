@@ -235,7 +235,8 @@ def _with_load(
                 along, where = torques_of(ready, fitted.theta), ready
                 columns = load_terms(ready, fitted, along, [form])[form]
                 if len(elastic):
-                    exact = transmitted_columns(ready, fitted, along, softened, [columns[form]])
+                    friction = [*(term.column for term in chosen.values()), columns[form]]
+                    exact = transmitted_columns(ready, fitted, along, softened, friction)
                     where = ready.widened(exact[:, elastic])
                 del along  # large for long logs
         return _Loaded(fitted, terms, belief), offsets & _is_possible(free, form) & _is_possible(fitted, form)

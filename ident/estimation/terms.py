@@ -13,9 +13,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 import numpy as np
 
 from ident.estimation.all_joints import Fit
+from ident.estimation.blocks import flat, outside
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
-from ident.numerics.least_squares import factors
 from ident.numerics.signals import delayed, low_passed
 from ident.support.arrays import Array
 
@@ -41,10 +41,6 @@ coefficient, the gain and the torques of its column would diverge.
 SHARES = {OFFSET: (0.5, 0.5), ROTOR: (0.0, 0.5)}
 """Prior means and standard deviations of their coefficients: a share is between 0 and 1, and nothing else is known. The
 column of load-dependent friction includes all of the offset, and half of the inertia as the rotor's."""
-RANK_TOL = 1e-10
-"""Relative norm of the new part of a unit column below which it is zero."""
-
-
 SPEED_TERMS = {
     "cbrt": "viscous friction grows less than linearly with speed",
     "by-direction": "viscous friction differs between directions",
@@ -132,18 +128,15 @@ def transmitted_columns(
     """Return the change of torque of all joints' rows per compliance of each, from the torques of the currents, (r, n).
 
     A fit converts currents to torques. `first` has the same columns from the torques of rigid joints, `beside` those of
-    friction terms that joints may have, each of shape (r,).
+    further friction terms that joints may have, each of shape (r,).
     """
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
-    rows, joint = ready.of_logs(parts), ready.columns.joint
-    W = np.column_stack((before.model.F, first, ready.k, *beside))
-    for j in range(ready.n):
-        own = joint == j
-        Q = factors(np.hstack((ready.blocks.shared(j), W[own])), rank_tol=RANK_TOL).Q
-        rows[own] = Q @ (Q.T @ rows[own])
-    return rows
+    blocks, more = ready.blocks, np.column_stack((first, *beside))
+    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
+    others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
+    return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
 
 
 def transmitted(sweep: Sweep, before: Fit) -> Array:

@@ -251,6 +251,7 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
         wide = ready
         if compliance:
             first = compliance_columns(ready, along)
-            wide = ready.widened(transmitted_columns(ready, fitted, along, first, loads.values()))
+            beside = [*(term.column for term in speeds.values()), *loads.values()]
+            wide = ready.widened(transmitted_columns(ready, fitted, along, first, beside))
         fitted = fit(wide, speeds | {form: Term(column) for form, column in loads.items()}, fitted)
     return fitted

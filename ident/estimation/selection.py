@@ -115,7 +115,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     plain = replace(plain, ready=ready)
     along = torques_of(ready, plain.theta)
     loads = load_terms(ready, plain, along, tuple(LOAD_FORMS))
-    softened = compliance_columns(ready, along)
+    softened = compliance_columns(ready, along) if ready.softened is None else ready.softened
     speeds = speed_terms(ready, tuple(SPEED_TERMS))
     elastic, soft = np.arange(ready.n), fit(ready.widened(softened), {}, plain)
     if yielding or z_of(improvement(soft, plain)) > SUSPECTED:

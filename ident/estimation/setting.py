@@ -13,6 +13,7 @@ import numpy as np
 
 from ident.estimation.blocks import (
     DEPENDENT_ALONE,
+    NOTHING,
     ROUNDING,
     Blocks,
     Layout,
@@ -31,8 +32,6 @@ from ident.support.errors import NotIdentifiable
 
 SURE_Z = 6.0
 """Number of standard deviations at which a joint's own estimate of its gain is used as initial value."""
-NOTHING = 1e-10
-"""Relative norm below which a column is rounding error."""
 SMALL = 1e-12
 """Relative eigenvalue of cross products below which initial values do not use a combination of parameters."""
 
@@ -70,6 +69,7 @@ class Setting:
     prior_std: float  # prior standard deviation of log|h| about the initial value
     given: tuple[GivenGain, ...]  # known gains
     sweeps: tuple[Sweep, ...]  # torques along each motion, if all are recorded
+    softened: Array | None = None  # change of torque per compliance of each joint, from rigid joints, (r, n), if known
 
     @property
     def n(self) -> int:

@@ -183,7 +183,8 @@ def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[Give
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
     """Fit the model that the options name, or that the data select."""
     if ready.recorded and ready.shared.known.any():  # without a scale of the torques, zeros cannot be estimated
-        ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
+        elastic = options.compliance or options.friction == AUTO
+        ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std, elastic=elastic)
     tame = LOSSES[options.loss]
     if tame is None:
         return _chosen(ready, options)
@@ -201,19 +202,22 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     return Selected(final=fit_as_named(ready, options.friction_terms, compliance=options.compliance), remarks=())
 
 
-def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setting:
+def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float, elastic: bool = False) -> Setting:
     """Add errors of the joints' zeros and tilt of the base, to first order, with their priors.
 
     Data that are more accurate than the calibration correct it; otherwise the prior contributes to the interval. Their
-    standard deviations [deg; mm for prismatic joints] are those of `AllJointsOptions`.
+    standard deviations [deg; mm for prismatic joints] are those of `AllJointsOptions`. For joints that may be `elastic`
+    the same torques give the columns of compliance.
     """
     if not zero_deg and not tilt_deg:
         return ready
     plain = fit(ready, {}, None)
-    columns = ready.of_logs([each.rows(each.at(plain.theta).misplaced()) for each in ready.sweeps])
+    along = torques_of(ready, plain.theta)
+    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in along])
+    softened = compliance_columns(ready, along) if elastic else None
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
-    near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result
+    near, kept = replace(ready, blocks=plain.model.blocks, softened=softened), std > 0.0  # orthonormal near the result
     mountings = {id(motion.payload): motion.payload is not None for motion in ready.problem.motions}
     own = independent_misplacements(ready.problem.structure, tuple(mountings.values()), tuple(kept.tolist()))
     return near.widened(columns[:, kept], std[kept], own).restarted()
@@ -250,7 +254,7 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
         loads = {form: columns[form] for form, columns in load_terms(ready, fitted, along, forms).items()}
         wide = ready
         if compliance:
-            first = compliance_columns(ready, along)
+            first = compliance_columns(ready, along) if ready.softened is None else ready.softened
             beside = [*(term.column for term in speeds.values()), *loads.values()]
             wide = ready.widened(transmitted_columns(ready, fitted, along, first, beside))
         fitted = fit(wide, speeds | {form: Term(column) for form, column in loads.items()}, fitted)

@@ -75,36 +75,27 @@ def load_terms(
     if not forms:
         return {}
     h, unseen, off = fit.h, ~rotor_identifiable(ready.problem.structure), fit.common("off", 0.0)
-    spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
+    spun, c = h * rotor_inertia(ready.sweeps[0], fit.theta), np.clip(fit.common(MOTOR, 0.0), -STRONGEST, STRONGEST)
     possible = {MOTOR: (OFFSET,), LINKS: (ROTOR,), THROUGH: (OFFSET, ROTOR)}
     shares = {form: [share for share in possible[form] if share == OFFSET or unseen.any()] for form in forms}
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
-        rotor = spun * sweep.behind.ddq
-        links = h * sweep.at_full_rate(torques.sampled)
-        braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
+        rotor, links = spun * sweep.behind.ddq, h * sweep.at_full_rate(torques.sampled)
         less = {OFFSET: off, ROTOR: np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor}
-        given = list[Array]()
-        for form in forms:
-            x = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
-            given += [x, *(x - less[share] for share in shares[form])]
         against = np.sign(h) * np.sign(sweep.behind.dq)  # the current of a negative gain has the opposite sign
-        lost = np.abs(x := np.stack(given, axis=2), out=x)
-        parts.append(sweep.decimated(np.multiply(lost, against[:, :, None], out=lost)))
-    rows, joint, found = iter(ready.of_logs(parts).T), ready.columns.joint, dict[str, dict[str, Array]]()
+        lost = list[Array]()
+        for form in forms:
+            x = links if form == LINKS else links + braking(sweep.behind.dq, fit, sweep.number)
+            x = x if form == MOTOR else x - rotor
+            for each in (x, *(x - less[share] for share in shares[form])):
+                size = np.abs(each) * against
+                # torque of the motor includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
+                lost.append((size + c * each) / (1.0 - c**2) if form == MOTOR else size)
+        parts.append(sweep.decimated(np.stack(lost, axis=2)))
+    columns, found = iter(ready.of_logs(parts).T), dict[str, dict[str, Array]]()
     for form in forms:
-        load, *others = (next(rows) for _ in (form, *shares[form]))
-        if form == MOTOR:  # which includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
-            c = np.clip(fit.common(form, 0.0), -STRONGEST, STRONGEST)[joint]
-            x = h[joint] * ready.of_logs([each.sweep.rows(each.sampled[..., None]) for each in along])[:, 0]
-            lawful = [name in LAWS for name, _ in fit.model.names]
-            x += np.sum(fit.model.F * np.where(lawful, fit.phi, 0.0)[joint], axis=1)
-            load, *others = (
-                (each + c * (x - less)) / (1.0 - c**2)
-                for each, less in zip((load, *others), (0.0, off[joint] * ready.columns.weight), strict=True)
-            )
-        scale = fit.common(form, LOAD_MEAN)[joint]
-        found[form] = {form: load, **{name: scale * (x - load) for name, x in zip(shares[form], others, strict=True)}}
+        load, scale = next(columns), fit.common(form, LOAD_MEAN)[ready.columns.joint]
+        found[form] = {form: load, **{share: scale * (next(columns) - load) for share in shares[form]}}
     return found
 
 

@@ -6,7 +6,7 @@ with weights from the residual at the estimated gains, an infinite gain would be
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -69,7 +69,8 @@ class Setting:
     prior_std: float  # prior standard deviation of log|h| about the initial value
     given: tuple[GivenGain, ...]  # known gains
     sweeps: tuple[Sweep, ...]  # torques along each motion, if all are recorded
-    softened: Array | None = None  # change of torque per compliance of each joint, from rigid joints, (r, n), if known
+    # change of torque per compliance of each joint, from torques of rigid joints, shape (r, n); empty if not known:
+    softened: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def n(self) -> int:

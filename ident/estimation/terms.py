@@ -9,6 +9,7 @@ columns from positions (two-stage least squares), which current noise does not a
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ident.estimation.blocks import flat, outside
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
 from ident.numerics.signals import delayed, low_passed
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 
 STRONGEST = 0.5
 """Largest share of friction in the motor torque during the iteration."""
@@ -113,18 +114,39 @@ def compliance_columns(ready: Setting, along: Sequence[Torques]) -> Array:
     return ready.of_logs([each.slowed(each.softened()) for each in along])
 
 
-def transmitted_columns(
-    ready: Setting, before: Fit, along: Sequence[Torques], first: Array, beside: Collection[Array]
-) -> Array:
+def with_softened(ready: Setting, along: Sequence[Torques]) -> Setting:
+    """Return the same problem with its columns of compliance, from these torques if it has none."""
+    return ready if ready.softened.size else replace(ready, softened=compliance_columns(ready, along))
+
+
+def columns_along(
+    ready: Setting, fitted: Fit, forms: Collection[str], elastic: Indices, speeds: Mapping[str, Term]
+) -> tuple[Setting, dict[str, dict[str, Array]]]:
+    """Return the problem with the compliances of elastic joints, and `load_terms`, from the torques of an earlier fit.
+
+    `speeds` are the friction terms of the speed that joints have.
+    """
+    along = torques_of(ready, fitted.theta)
+    loads = load_terms(ready, fitted, along, forms)
+    if not len(elastic):
+        return ready, loads
+    beside = [*(term.column for term in speeds.values()), *(columns[form] for form, columns in loads.items())]
+    exact = transmitted_columns(with_softened(ready, along), fitted, along, beside)
+    return ready.widened(exact[:, elastic]), loads
+
+
+def transmitted_columns(ready: Setting, before: Fit, along: Sequence[Torques], beside: Collection[Array]) -> Array:
     """Return the change of torque of all joints' rows per compliance of each, from the torques of the currents, (r, n).
 
-    A fit converts currents to torques. `first` has the same columns from the torques of rigid joints, `beside` those of
-    further friction terms that joints may have, each of shape (r,).
+    A fit converts currents to torques; `beside` are columns of further friction terms that joints may have, (r,) each.
     """
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
-    blocks, more = ready.blocks, np.column_stack((first, *beside))
+    blocks, more = ready.blocks, np.column_stack((ready.softened, *beside))
+    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
+    others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
+    return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
     own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
     others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
     return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))

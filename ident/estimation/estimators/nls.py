@@ -24,11 +24,10 @@ from ident.estimation.sweep import independent_misplacements
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,
-    compliance_columns,
-    load_terms,
+    columns_along,
     speed_terms,
     torques_of,
-    transmitted_columns,
+    with_softened,
 )
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, OptionError
@@ -214,10 +213,10 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float, elastic:
     plain = fit(ready, {}, None)
     along = torques_of(ready, plain.theta)
     columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in along])
-    softened = compliance_columns(ready, along) if elastic else None
+    ready = with_softened(ready, along) if elastic else ready
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
-    near, kept = replace(ready, blocks=plain.model.blocks, softened=softened), std > 0.0  # orthonormal near the result
+    near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result
     mountings = {id(motion.payload): motion.payload is not None for motion in ready.problem.motions}
     own = independent_misplacements(ready.problem.structure, tuple(mountings.values()), tuple(kept.tolist()))
     return near.widened(columns[:, kept], std[kept], own).restarted()
@@ -247,15 +246,9 @@ def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -
 def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fit:
     """Fit a model with the same terms, of `SPEED_TERMS` and `LOAD_FORMS`, on every joint, without priors of them."""
     laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
-    speeds = speed_terms(ready, laws)
+    speeds, elastic = speed_terms(ready, laws), np.arange(ready.n if compliance else 0)
     fitted = fit(ready, speeds, None)
     for _ in range(PASSES if compliance or forms else 0):
-        along = torques_of(ready, fitted.theta)
-        loads = {form: columns[form] for form, columns in load_terms(ready, fitted, along, forms).items()}
-        wide = ready
-        if compliance:
-            first = compliance_columns(ready, along) if ready.softened is None else ready.softened
-            beside = [*(term.column for term in speeds.values()), *loads.values()]
-            wide = ready.widened(transmitted_columns(ready, fitted, along, first, beside))
-        fitted = fit(wide, speeds | {form: Term(column) for form, column in loads.items()}, fitted)
+        wide, loads = columns_along(ready, fitted, forms, elastic, speeds)
+        fitted = fit(wide, speeds | {form: Term(columns[form]) for form, columns in loads.items()}, fitted)
     return fitted

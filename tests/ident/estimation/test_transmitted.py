@@ -110,7 +110,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     along, columns = torques_of(ready, plain.theta), ready.columns
     first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
     spare[columns.joint == 1] *= 1e-15  # rounding errors of a column that this joint does not have
-    found = transmitted_columns(ready, plain, along, first, [spare])
+    found = transmitted_columns(replace(ready, softened=first), plain, along, [spare])
     whole = [each.sweep.rows(each.softened(transmitted(each.sweep, plain)[each.sweep.behind.at])) for each in along]
     W = np.column_stack((shared_columns(ready), *columns.W_L, plain.model.F, first, spare))
     for j in range(N):

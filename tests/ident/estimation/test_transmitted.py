@@ -14,9 +14,16 @@ from scipy.interpolate import make_interp_spline
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import Problem
-from ident.estimation.setting import Setting
+from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, own_rotors, separate_rotors, shown_hz
-from ident.estimation.terms import compliance_columns, torques_of, transmitted, transmitted_columns, without_friction
+from ident.estimation.terms import (
+    compliance_columns,
+    load_terms,
+    torques_of,
+    transmitted,
+    transmitted_columns,
+    without_friction,
+)
 from ident.model.arm import with_transmission
 from ident.model.regressor import inverse_dynamics
 from ident.numerics.signals import low_passed, smooth_motion
@@ -105,14 +112,16 @@ def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
 
 
 def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on_columns_from_positions(axes):
-    # so that noise of currents reaches it in as many directions as there are columns
+    # so that noise of currents reaches it in as many directions as there are columns; those of an earlier fit's load
+    # would add the changes from pass to pass, which are noise near convergence
     ready, plain = fitted_to(problem_of(axes, logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)))))
     along, columns = torques_of(ready, plain.theta), ready.columns
+    loaded = fit(ready, {"load": Term(load_terms(ready, plain, along, ["load"])["load"]["load"], 0.04, 0.03)}, plain)
     first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
     spare[columns.joint == 1] *= 1e-15  # rounding errors of a column that this joint does not have
-    found = transmitted_columns(replace(ready, softened=first), plain, along, [spare])
-    whole = [each.sweep.rows(each.softened(transmitted(each.sweep, plain)[each.sweep.behind.at])) for each in along]
-    W = np.column_stack((shared_columns(ready), *columns.W_L, plain.model.F, first, spare))
+    found = transmitted_columns(replace(ready, softened=first), loaded, along, [spare])
+    whole = [each.sweep.rows(each.softened(transmitted(each.sweep, loaded)[each.sweep.behind.at])) for each in along]
+    W = np.column_stack((shared_columns(ready), *columns.W_L, ready.F, first, spare))
     for j in range(N):
         own = columns.joint == j  # a payload's YY does not act on the first joint either
         unit = W[own] / np.maximum(np.linalg.norm(W[own], axis=0), 1e-6 * np.linalg.norm(W, axis=0))

@@ -17,6 +17,7 @@ from ident.estimation.problem import Problem
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, own_rotors, separate_rotors, shown_hz
 from ident.estimation.terms import (
+    columns_along,
     compliance_columns,
     load_terms,
     torques_of,
@@ -127,6 +128,17 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
         unit = W[own] / np.maximum(np.linalg.norm(W[own], axis=0), 1e-6 * np.linalg.norm(W, axis=0))
         expected = unit @ np.linalg.lstsq(unit, ready.of_logs(whole)[own], rcond=1e-9)[0]
         np.testing.assert_allclose(found[own], expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+def test_joints_yield_beside_the_friction_of_the_fit_whose_torques_they_carry(axes):
+    ready, plain = fitted_to(problem_of(axes, logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)))))
+    spare, elastic = np.random.default_rng(7).standard_normal(len(ready.columns.V)), np.array([0, 2])
+    wide, loads = columns_along(ready, plain, ["load"], elastic, {"spare": Term(spare)})
+    along = torques_of(ready, plain.theta)
+    softened = replace(ready, softened=compliance_columns(ready, along))
+    expected = transmitted_columns(softened, plain, along, [spare, loads["load"]["load"]])[:, elastic]
+    found, other = (fit(each, {}, plain).theta[-2:] for each in (wide, ready.widened(expected)))
+    np.testing.assert_allclose(found, other, rtol=1e-9)
 
 
 def swinging_logs() -> list[Recording]:

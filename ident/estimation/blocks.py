@@ -222,11 +222,6 @@ class Blocks:
         """Columns [A k V] of a joint, shape (B, w, p + 2)."""
         return np.concatenate([*(part[j] for part in self.A), self.kV[j]], axis=2)
 
-    def shared(self, j: int) -> Array:
-        """Shared columns of a joint's rows, with their own part, shape (r_j, p)."""
-        A = (self.joint(j) + self.own.Q[j] @ self.C[j])[..., :-2].reshape(-1, len(self.std))
-        return A[self.layout.place[self.layout.joint == j] - j * len(A)]
-
     @cached_property
     def cross(self) -> Array:
         """Cross products of [A k V], of all blocks, shape (n, p + 2, p + 2)."""

@@ -224,8 +224,8 @@ class Fit:
         HF, HR = model.eliminated[0][:, None] - FF, np.sum(FR, axis=1, keepdims=True)[..., :-1] - FR[..., :-1]
         i, d = np.arange(HF.shape[-1]), np.arange(n + k)
         HF[:, :, i, i] += FREE_BLOCK
-        solved = np.linalg.solve(HF, np.concatenate((HR, GF), axis=3))
-        X, y = solved[..., :-1], solved[..., -1:]
+        inverse = np.linalg.inv(HF)
+        X, y = inverse @ HR, inverse @ GF
         h2 = (self.h / model.sigma) ** 2
         total = model.blocks.total[:, :-1]
         inner = np.tensordot(h2, total[:, :k, :k], 1) - np.tensordot(h2, RR, 1)[:, :k, :k]
@@ -295,7 +295,7 @@ class Fit:
         """Standard deviation of each joint's residual (eq. 19) [drive units], shape (n,)."""
         return np.linalg.norm(self.residual, axis=(1, 2)) / np.sqrt(self.model.blocks.layout.counts - self.unknowns)
 
-    @property
+    @cached_property
     def log_h(self) -> "Sensitivity":
         """Of log|h|, n quantities."""
         n, k, f = len(self.h), len(self.z), len(self.model.names)

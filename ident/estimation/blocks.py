@@ -27,6 +27,8 @@ DEPENDENT_ALONE = 5e-15
 """Relative eigenvalue of the cross products of unit columns below which one joint does not show a combination."""
 DEPENDENT_SHARED = 1e-10
 """Relative norm of the new part of a unit column below which a shared parameter is not identifiable."""
+NOTHING = 1e-10
+"""Norm of a column, relative to that on another joint or of another column, below which it is rounding error."""
 SMALL_PIVOT = 1e-9
 """Relative pivot of cross products below which the columns are factorised instead."""
 ROUNDING = 1e-6
@@ -137,7 +139,7 @@ class Alone:
 
     def extended(self, columns: Array, norms: Array) -> "Alone":
         """Append columns without their own part, shape (n, B w, m), that had some norms, (n, m); 0 omits a column."""
-        unit = self.outside(columns / np.where(norms > 0.0, norms, np.inf)[:, None])
+        unit = self.outside(columns / np.where(norms > NOTHING * norms.max(axis=0), norms, np.inf)[:, None])
         new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
         new = new @ orthonormalising(flipped(new) @ new, 0.5)
         rank = np.count_nonzero(new.any(axis=1), axis=1)
@@ -219,11 +221,6 @@ class Blocks:
     def joint(self, j: int) -> Array:
         """Columns [A k V] of a joint, shape (B, w, p + 2)."""
         return np.concatenate([*(part[j] for part in self.A), self.kV[j]], axis=2)
-
-    def shared(self, j: int) -> Array:
-        """Shared columns of a joint's rows, with their own part, shape (r_j, p)."""
-        A = (self.joint(j) + self.own.Q[j] @ self.C[j])[..., :-2].reshape(-1, len(self.std))
-        return A[self.layout.place[self.layout.joint == j] - j * len(A)]
 
     @cached_property
     def cross(self) -> Array:

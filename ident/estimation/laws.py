@@ -137,7 +137,7 @@ def with_laws(terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float
             shown, model = [*shown, best], tried[best]
     except NotIdentifiable:
         return none
-    words = tuple(_words(coefficients(model.fit, {law: columns[law] for law in shown})))
+    words = tuple(_words(coefficients(model.fit, {law: columns[law] for law in shown}))) if shown else ()
     if not corrected:
         if words:
             change = np.abs(before.h / model.fit.h) - 1.0

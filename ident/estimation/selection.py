@@ -30,11 +30,12 @@ from ident.estimation.terms import (
     SHARES,
     SPEED_TERMS,
     STRONGEST,
-    compliance_columns,
+    columns_along,
     load_terms,
     speed_terms,
     torques_of,
     transmitted_columns,
+    with_softened,
 )
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import joint_list
@@ -114,13 +115,12 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     ready = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
     plain = replace(plain, ready=ready)
     along = torques_of(ready, plain.theta)
-    loads = load_terms(ready, plain, along, tuple(LOAD_FORMS))
-    softened = compliance_columns(ready, along)
+    loads, ready = load_terms(ready, plain, along, tuple(LOAD_FORMS)), with_softened(ready, along)
     speeds = speed_terms(ready, tuple(SPEED_TERMS))
-    elastic, soft = np.arange(ready.n), fit(ready.widened(softened), {}, plain)
+    elastic, soft = np.arange(ready.n), fit(ready.widened(ready.softened), {}, plain)
     if yielding or z_of(improvement(soft, plain)) > SUSPECTED:
         beside = [*(term.column for term in speeds.values()), *(loads[form][form] for form in LOAD_FORMS)]
-        exact = transmitted_columns(ready, plain, along, softened, beside)
+        exact = transmitted_columns(ready, plain, along, beside)
         rigid = np.zeros(ready.n, dtype=bool)
         while True:
             elastic = elastic[~rigid]
@@ -136,7 +136,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
         bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
         if bent[law]:
             chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
-    found = {form: _with_load(form, ready, base, chosen, loads[form], softened, elastic) for form in LOAD_FORMS}
+    found = {form: _with_load(form, ready, base, chosen, loads[form], elastic) for form in LOAD_FORMS}
     best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
     form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
     final = found[form]
@@ -208,13 +208,7 @@ class _Loaded:
 
 
 def _with_load(
-    form: str,
-    ready: Setting,
-    base: Fit,
-    chosen: Mapping[str, Term],
-    first: Mapping[str, Array],
-    softened: Array,
-    elastic: Indices,
+    form: str, ready: Setting, base: Fit, chosen: Mapping[str, Term], first: Mapping[str, Array], elastic: Indices
 ) -> _Loaded:
     """Fit load-dependent friction of one form, with torques from an earlier fit that included it.
 
@@ -232,12 +226,8 @@ def _with_load(
             terms = {**chosen, **own}
             free, fitted = fitted, fit(where, terms, fitted)
             if not last:
-                along, where = torques_of(ready, fitted.theta), ready
-                columns = load_terms(ready, fitted, along, [form])[form]
-                if len(elastic):
-                    exact = transmitted_columns(ready, fitted, along, softened, [columns[form]])
-                    where = ready.widened(exact[:, elastic])
-                del along  # large for long logs
+                where, loads = columns_along(ready, fitted, [form], elastic, chosen)
+                columns = loads[form]
         return _Loaded(fitted, terms, belief), offsets & _is_possible(free, form) & _is_possible(fitted, form)
 
     offsets = np.full(ready.n, form != LINKS)

@@ -6,13 +6,14 @@ with weights from the residual at the estimated gains, an infinite gain would be
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from ident.estimation.blocks import (
     DEPENDENT_ALONE,
+    NOTHING,
     ROUNDING,
     Blocks,
     Layout,
@@ -31,8 +32,6 @@ from ident.support.errors import NotIdentifiable
 
 SURE_Z = 6.0
 """Number of standard deviations at which a joint's own estimate of its gain is used as initial value."""
-NOTHING = 1e-10
-"""Relative norm below which a column is rounding error."""
 SMALL = 1e-12
 """Relative eigenvalue of cross products below which initial values do not use a combination of parameters."""
 
@@ -70,6 +69,8 @@ class Setting:
     prior_std: float  # prior standard deviation of log|h| about the initial value
     given: tuple[GivenGain, ...]  # known gains
     sweeps: tuple[Sweep, ...]  # torques along each motion, if all are recorded
+    # change of torque per compliance of each joint, from torques of rigid joints, shape (r, n); empty if not known:
+    softened: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def n(self) -> int:

@@ -9,15 +9,16 @@ columns from positions (two-stage least squares), which current noise does not a
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ident.estimation.all_joints import Fit
+from ident.estimation.blocks import flat, outside
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
-from ident.numerics.least_squares import factors
 from ident.numerics.signals import delayed, low_passed
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 
 STRONGEST = 0.5
 """Largest share of friction in the motor torque during the iteration."""
@@ -41,10 +42,6 @@ coefficient, the gain and the torques of its column would diverge.
 SHARES = {OFFSET: (0.5, 0.5), ROTOR: (0.0, 0.5)}
 """Prior means and standard deviations of their coefficients: a share is between 0 and 1, and nothing else is known. The
 column of load-dependent friction includes all of the offset, and half of the inertia as the rotor's."""
-RANK_TOL = 1e-10
-"""Relative norm of the new part of a unit column below which it is zero."""
-
-
 SPEED_TERMS = {
     "cbrt": "viscous friction grows less than linearly with speed",
     "by-direction": "viscous friction differs between directions",
@@ -79,36 +76,27 @@ def load_terms(
     if not forms:
         return {}
     h, unseen, off = fit.h, ~rotor_identifiable(ready.problem.structure), fit.common("off", 0.0)
-    spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
+    spun, c = h * rotor_inertia(ready.sweeps[0], fit.theta), np.clip(fit.common(MOTOR, 0.0), -STRONGEST, STRONGEST)
     possible = {MOTOR: (OFFSET,), LINKS: (ROTOR,), THROUGH: (OFFSET, ROTOR)}
     shares = {form: [share for share in possible[form] if share == OFFSET or unseen.any()] for form in forms}
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
-        rotor = spun * sweep.behind.ddq
-        links = h * sweep.at_full_rate(torques.sampled)
-        braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
+        rotor, links = spun * sweep.behind.ddq, h * sweep.at_full_rate(torques.sampled)
         less = {OFFSET: off, ROTOR: np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor}
-        given = list[Array]()
-        for form in forms:
-            x = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
-            given += [x, *(x - less[share] for share in shares[form])]
         against = np.sign(h) * np.sign(sweep.behind.dq)  # the current of a negative gain has the opposite sign
-        lost = np.abs(x := np.stack(given, axis=2), out=x)
-        parts.append(sweep.decimated(np.multiply(lost, against[:, :, None], out=lost)))
-    rows, joint, found = iter(ready.of_logs(parts).T), ready.columns.joint, dict[str, dict[str, Array]]()
+        lost = list[Array]()
+        for form in forms:
+            x = links if form == LINKS else links + braking(sweep.behind.dq, fit, sweep.number)
+            x = x if form == MOTOR else x - rotor
+            for each in (x, *(x - less[share] for share in shares[form])):
+                size = np.abs(each) * against
+                # torque of the motor includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
+                lost.append((size + c * each) / (1.0 - c**2) if form == MOTOR else size)
+        parts.append(sweep.decimated(np.stack(lost, axis=2)))
+    columns, found = iter(ready.of_logs(parts).T), dict[str, dict[str, Array]]()
     for form in forms:
-        load, *others = (next(rows) for _ in (form, *shares[form]))
-        if form == MOTOR:  # which includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
-            c = np.clip(fit.common(form, 0.0), -STRONGEST, STRONGEST)[joint]
-            x = h[joint] * ready.of_logs([each.sweep.rows(each.sampled[..., None]) for each in along])[:, 0]
-            lawful = [name in LAWS for name, _ in fit.model.names]
-            x += np.sum(fit.model.F * np.where(lawful, fit.phi, 0.0)[joint], axis=1)
-            load, *others = (
-                (each + c * (x - less)) / (1.0 - c**2)
-                for each, less in zip((load, *others), (0.0, off[joint] * ready.columns.weight), strict=True)
-            )
-        scale = fit.common(form, LOAD_MEAN)[joint]
-        found[form] = {form: load, **{name: scale * (x - load) for name, x in zip(shares[form], others, strict=True)}}
+        load, scale = next(columns), fit.common(form, LOAD_MEAN)[ready.columns.joint]
+        found[form] = {form: load, **{share: scale * (next(columns) - load) for share in shares[form]}}
     return found
 
 
@@ -126,24 +114,42 @@ def compliance_columns(ready: Setting, along: Sequence[Torques]) -> Array:
     return ready.of_logs([each.slowed(each.softened()) for each in along])
 
 
-def transmitted_columns(
-    ready: Setting, before: Fit, along: Sequence[Torques], first: Array, beside: Collection[Array]
-) -> Array:
+def with_softened(ready: Setting, along: Sequence[Torques]) -> Setting:
+    """Return the same problem with its columns of compliance, from these torques if it has none."""
+    return ready if ready.softened.size else replace(ready, softened=compliance_columns(ready, along))
+
+
+def columns_along(
+    ready: Setting, fitted: Fit, forms: Collection[str], elastic: Indices, speeds: Mapping[str, Term]
+) -> tuple[Setting, dict[str, dict[str, Array]]]:
+    """Return the problem with the compliances of elastic joints, and `load_terms`, from the torques of an earlier fit.
+
+    `speeds` are the friction terms of the speed that joints have.
+    """
+    along = torques_of(ready, fitted.theta)
+    loads = load_terms(ready, fitted, along, forms)
+    if not len(elastic):
+        return ready, loads
+    beside = [*(term.column for term in speeds.values()), *(columns[form] for form, columns in loads.items())]
+    exact = transmitted_columns(with_softened(ready, along), fitted, along, beside)
+    return ready.widened(exact[:, elastic]), loads
+
+
+def transmitted_columns(ready: Setting, before: Fit, along: Sequence[Torques], beside: Collection[Array]) -> Array:
     """Return the change of torque of all joints' rows per compliance of each, from the torques of the currents, (r, n).
 
-    A fit converts currents to torques. `first` has the same columns from the torques of rigid joints, `beside` those of
-    friction terms that joints may have, each of shape (r,).
+    A fit converts currents to torques; `beside` are columns of further friction terms that joints may have, (r,) each.
     """
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
-    rows, joint = ready.of_logs(parts), ready.columns.joint
-    W = np.column_stack((before.model.F, first, ready.k, *beside))
-    for j in range(ready.n):
-        own = joint == j
-        Q = factors(np.hstack((ready.blocks.shared(j), W[own])), rank_tol=RANK_TOL).Q
-        rows[own] = Q @ (Q.T @ rows[own])
-    return rows
+    blocks, more = ready.blocks, np.column_stack((ready.softened, *beside))
+    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
+    others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
+    return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
+    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
+    others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
+    return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
 
 
 def transmitted(sweep: Sweep, before: Fit) -> Array:

@@ -30,7 +30,9 @@ def values(estimate: GainEstimate) -> np.ndarray:
 
 def shared_columns(ready: Setting) -> np.ndarray:
     """Columns of the shared parameters, with appended ones, of all rows."""
-    return np.vstack([ready.blocks.shared(j) for j in range(ready.n)])
+    blocks = ready.blocks
+    whole = np.array([blocks.joint(j) + blocks.own.Q[j] @ blocks.C[j] for j in range(ready.n)])
+    return blocks.layout.rows(whole[..., :-2])
 
 
 def estimated(

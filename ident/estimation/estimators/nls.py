@@ -24,11 +24,10 @@ from ident.estimation.sweep import independent_misplacements
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,
-    compliance_columns,
-    load_terms,
+    columns_along,
     speed_terms,
     torques_of,
-    transmitted_columns,
+    with_softened,
 )
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, OptionError
@@ -183,7 +182,8 @@ def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[Give
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
     """Fit the model that the options name, or that the data select."""
     if ready.recorded and ready.shared.known.any():  # without a scale of the torques, zeros cannot be estimated
-        ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
+        elastic = options.compliance or options.friction == AUTO
+        ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std, elastic=elastic)
     tame = LOSSES[options.loss]
     if tame is None:
         return _chosen(ready, options)
@@ -201,16 +201,19 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     return Selected(final=fit_as_named(ready, options.friction_terms, compliance=options.compliance), remarks=())
 
 
-def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setting:
+def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float, elastic: bool = False) -> Setting:
     """Add errors of the joints' zeros and tilt of the base, to first order, with their priors.
 
     Data that are more accurate than the calibration correct it; otherwise the prior contributes to the interval. Their
-    standard deviations [deg; mm for prismatic joints] are those of `AllJointsOptions`.
+    standard deviations [deg; mm for prismatic joints] are those of `AllJointsOptions`. For joints that may be `elastic`
+    the same torques give the columns of compliance.
     """
     if not zero_deg and not tilt_deg:
         return ready
     plain = fit(ready, {}, None)
-    columns = ready.of_logs([each.rows(each.at(plain.theta).misplaced()) for each in ready.sweeps])
+    along = torques_of(ready, plain.theta)
+    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in along])
+    ready = with_softened(ready, along) if elastic else ready
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
     near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result
@@ -243,14 +246,9 @@ def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -
 def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fit:
     """Fit a model with the same terms, of `SPEED_TERMS` and `LOAD_FORMS`, on every joint, without priors of them."""
     laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
-    speeds = speed_terms(ready, laws)
+    speeds, elastic = speed_terms(ready, laws), np.arange(ready.n if compliance else 0)
     fitted = fit(ready, speeds, None)
     for _ in range(PASSES if compliance or forms else 0):
-        along = torques_of(ready, fitted.theta)
-        loads = {form: columns[form] for form, columns in load_terms(ready, fitted, along, forms).items()}
-        wide = ready
-        if compliance:
-            first = compliance_columns(ready, along)
-            wide = ready.widened(transmitted_columns(ready, fitted, along, first, loads.values()))
-        fitted = fit(wide, speeds | {form: Term(column) for form, column in loads.items()}, fitted)
+        wide, loads = columns_along(ready, fitted, forms, elastic, speeds)
+        fitted = fit(wide, speeds | {form: Term(columns[form]) for form, columns in loads.items()}, fitted)
     return fitted

@@ -30,6 +30,7 @@ from ident.estimation.terms import (
     torques_of,
     transmitted_columns,
 )
+from ident.model.displacement import Dynamics
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, OptionError
 from ident.support.options import NAMES, refuse_outside, unknown_name
@@ -210,7 +211,7 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
     if not zero_deg and not tilt_deg:
         return ready
     plain = fit(ready, {}, None)
-    columns = ready.of_logs([each.rows(each.at(plain.theta).misplaced()) for each in ready.sweeps])
+    columns = ready.of_logs([each.rows(each.at(plain.theta).by(Dynamics.misplaced)) for each in ready.sweeps])
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
     near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result

@@ -255,5 +255,5 @@ def by_least_squares(estimate: GainEstimate) -> bool:
     for _, columns, Q in rows.explained.parts:
         gram[np.ix_(columns, columns)] += Q.T @ Q
     along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
-    left = np.linalg.norm(rows.explained.times(along) - weighted.T)
+    left = np.linalg.norm(rows.explained.times(np.asarray(along, np.float64)) - weighted.T)
     return bool(left < LINEAR * np.linalg.norm(weighted))

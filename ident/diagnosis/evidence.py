@@ -115,7 +115,8 @@ class FreeFit:
         """
         if self._long:
             of_blocks = (self.Q.at(rows) for rows in self._by_block)
-            return np.linalg.inv(np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks]))
+            L = np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks])
+            return np.asarray(np.linalg.inv(L), np.float64)
         Q = self.padded(self.Q.at(np.arange(len(self.V))))
         return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
 

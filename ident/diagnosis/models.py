@@ -26,7 +26,7 @@ from ident.estimation.terms import compliance_columns, torques_of
 from ident.numerics.splines import slopes
 from ident.observation.full_rate import FullRate
 from ident.payload.payload import Payload
-from ident.support.arrays import Array, Indices, Mask, once_per_object
+from ident.support.arrays import Array, Indices, once_per_object
 from ident.support.errors import IdentificationError
 
 COUPLED = ("Fvm", "Fcm")
@@ -127,14 +127,9 @@ class Reference:
         self, columns: Sequence[Array], logs: Sequence[int], joints: Sequence[int] | None = None
     ) -> tuple[Array | None, ...]:
         """Return columns of each joint's rows, zero outside given logs, None outside given joints, if any."""
-        chosen = enumerate(zip(columns, self._inside(tuple(logs)), strict=True))
-        return tuple(each * own if joints is None or j in joints else None for j, (each, own) in chosen)
-
-    @once_per_object
-    def _inside(self, logs: tuple[int, ...]) -> tuple[Mask, ...]:
-        """Mask of the rows of each joint in given logs, n arrays of shape (r_j, 1)."""
-        rows = self.ready.columns
-        return tuple(np.isin(rows.motion[rows.joint == j], logs)[:, None] for j in range(self.ready.n))
+        rows, own = self.ready.columns, range(self.ready.n) if joints is None else joints
+        inside = np.isin(rows.motion, logs)[:, None]
+        return tuple(each * inside[rows.joint == j] if j in own else None for j, each in enumerate(columns))
 
     def rate(self, along: Torques) -> Array:
         """Rate of change of the torques and of viscous friction along a log [N m / s], shape (S, n, 1)."""

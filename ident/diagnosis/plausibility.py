@@ -3,13 +3,10 @@
 Each raises an error with the likely mistake and the remedy, before or after an estimate that would otherwise look
 valid. Fits of each joint alone also give the sign of its friction, and the accuracy of its gain with a planned payload.
 
-If friction drives instead of braking, positions or currents have the wrong sign. Each joint is solved alone with its
-own base parameters, friction and offset in drive units. The gain has the sign of the friction; a negative one is not
-necessarily a mistake, but the user should know in advance.
-
-For a planned payload, the rows of the log represent both motions, without and with it. The standard deviation of 1/g
-follows from the columns (paper, eq. 20) and the residual: that of a joint's own fit, but at least that of real drives.
-An approximate gain, from a data sheet or the robot file, converts it to a relative one.
+If friction drives instead of braking, positions or currents have the wrong sign. The gain, in drive units, has the sign
+of the friction; a negative one is not necessarily a mistake. For a planned payload, the rows of the log represent both
+motions, without and with it. The standard deviation of 1/g follows from the columns (paper, eq. 20) and the residual:
+that of a joint's own fit, but at least that of real drives. An approximate gain converts it to a relative one.
 """
 
 from collections.abc import Mapping, Sequence

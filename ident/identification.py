@@ -13,10 +13,16 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits
 from ident.diagnosis.effects import NO_RESULT
 from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
-from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
 from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
-from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
+from ident.diagnosis.plausibility import (
+    cause_of,
+    check_load,
+    check_payloads,
+    excitation,
+    friction_sign,
+    predicted_rel_std,
+)
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator, gives_a_gain
 from ident.estimation.problem import GainOptions, Problem

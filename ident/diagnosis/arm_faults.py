@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 
 from ident.diagnosis.hypothesis import STILL, Alternative, Hypothesis, Logs, small
-from ident.diagnosis.models import LARGEST_ANGLE, STEP, Reference, with_arm
-from ident.estimation.sweep import across
+from ident.diagnosis.models import LARGEST_ANGLE, Reference
+from ident.model.displacement import Dynamics, across
 from ident.support.arrays import Array
 from ident.support.naming import enumerated
 
@@ -132,7 +132,7 @@ def bases(logs: Logs) -> Iterator[Alternative]:
 def small_tilts(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """The base tilted slightly about two horizontal axes."""
     if logs.structure.arm.gravity.any():
-        columns = reference.change(lambda along: -along.tilted())
+        columns = reference.change(lambda along: -along.by(Dynamics.tilted))
         yield small(lambda value: tilted(logs, value), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
 
 
@@ -177,12 +177,13 @@ def lengths(logs: Logs) -> Iterator[Alternative]:
 
 def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Every length, or one, slightly longer."""
-    arm = logs.structure.arm
+    longer = reference.change(lambda along: along.by(Dynamics.lengthened))
     for which in _lengths_of(logs):
-        longer = lengthened(logs, which, 1.0 + STEP).hypothesis.of_arm(arm)
+        own = slice(None) if which is None else slice(which, which + 1)
+        columns = [each[:, own].sum(axis=1, keepdims=True) for each in longer]
         yield small(
-            lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
-            reference.change(lambda along, longer=longer: with_arm(along, longer)), scale=100.0, largest=LARGEST_LENGTH,
+            lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])), columns,
+            scale=100.0, largest=LARGEST_LENGTH,
         )  # fmt: skip
 
 

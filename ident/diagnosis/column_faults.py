@@ -11,7 +11,8 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
-from ident.diagnosis.models import LARGEST_ANGLE, Reference, with_time
+from ident.diagnosis.models import LARGEST_ANGLE, Reference
+from ident.model.displacement import Dynamics
 from ident.support.arrays import Array, Indices
 
 TURNS = (0, 90, 180, 270)
@@ -35,7 +36,7 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
 def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """A small error of each joint's zero."""
     arm = logs.structure.arm
-    moved = reference.change(lambda along: -along.misplaced()[:, :, : arm.n])
+    moved = reference.change(lambda along: -along.by(Dynamics.misplaced)[:, :, : arm.n])
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
         yield small(
             lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
@@ -175,7 +176,7 @@ def clocks(logs: Logs) -> Iterator[Alternative]:
 
 def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Clocks that run slightly slower."""
-    slower = reference.change(with_time)
+    slower = reference.change(lambda along: along.slowed_down())
     for scope in scopes(len(logs.recordings)):
         yield small(
             lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
@@ -194,6 +195,8 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
     )  # fmt: skip
 
 
+SIGN = "current sign"
+"""Family of negated currents of one log."""
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
 """Grid of scales, in steps of a fifth; every twelfth one is a power of ten."""
 LARGEST_SCALE = 0.3
@@ -216,10 +219,9 @@ def scales(logs: Logs) -> Iterator[Alternative]:
 def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
     for k, joints in product(_later(logs), ((), *((j,) for j in range(logs.structure.arm.n)))):
-        own = reference.explained(k)
         yield small(
             lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
-            [each[:, None] if not joints or j in joints else None for j, each in enumerate(own)], largest=LARGEST_SCALE,
+            reference.within(reference.explained, (k,), joints or None), largest=LARGEST_SCALE,
         )  # fmt: skip
 
 
@@ -232,7 +234,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
         advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     return Alternative(
-        family="current sign" if scale < 0.0 else "current scale", parameter="current scale",
+        family=SIGN if scale < 0.0 else "current scale", parameter="current scale",
         words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
         hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
         advice=advice, value=scale, unit="",

@@ -9,17 +9,25 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.diagnosis.column_faults import scaled
+from ident.diagnosis.column_faults import SIGN, scaled
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import between, diagnosis_of, of_currents, of_ratios, severity_of
-from ident.diagnosis.estimate_evidence import HeldOutEstimate, by_least_squares, stated
+from ident.diagnosis.effects import (
+    HeldOutEstimate,
+    between,
+    by_least_squares,
+    diagnosis_of,
+    of_currents,
+    of_ratios,
+    severity_of,
+    stated,
+)
 from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
-from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.lacks import Estimate, from_mass_alone, lacks_of
 from ident.diagnosis.limits import bounds, limits_of
 from ident.diagnosis.models import reference
+from ident.diagnosis.plausibility import opposed
 from ident.diagnosis.search import (
     LOOKED_AT,
     MOST,
@@ -60,7 +68,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     if known is not None and not of_logs:
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
-    for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
+    signs = {each.alternative.joints for each in seen.gross if each.alternative.family == SIGN and not each.excluded}
+    possible = sorted(joint for joints in signs for joint in joints)
+    for joint, log in () if of_logs else opposed(logs.problem, possible):  # negated in one log, according to friction
         negated = compared(logs, scaled(logs, (log,), (joint,), -1.0))
         assert negated is not None, "only a sign is read otherwise"
         diagnosis = _of_fault(Fault(seen, negated, ()), seen, known)

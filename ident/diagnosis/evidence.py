@@ -81,6 +81,11 @@ class FreeFit:
         """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
         return self.by_block(self.padded(left))
 
+    @cached_property
+    def held_residual(self) -> Array:
+        """Held-out residuals of the currents, shape (blocks, m, 1)."""
+        return self.predicted(self.residual[:, None])
+
     def by_block(self, x: Array) -> Array:
         """The same for padded columns, both of shape (blocks, m, k)."""
         if not self._long:
@@ -191,7 +196,7 @@ def fits_of(parts: Sequence[FreeFit | None]) -> Fits:
     squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
     for k, each in enumerate(parts):
         if each is not None:
-            squares[k] = np.sum(each.predicted(each.residual[:, None]) ** 2, axis=(1, 2))
+            squares[k] = np.sum(each.held_residual**2, axis=(1, 2))
             rows[k] = np.bincount(each.block, minlength=blocks)
     return Fits(tuple(parts), Score(squares, rows))
 
@@ -270,9 +275,9 @@ def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> lis
             continue
         sets, unit, e = (len(which), m), fits.sigma[j] ** 2, part.residual[:, None]
         rest = part.without(columns)
-        padded, of_residual = part.padded(rest), part.padded(e)
-        held, held_residual = np.split(part.by_block(np.concatenate((padded, of_residual), axis=2)), [-1], axis=2)
-        with_e = padded.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)
+        padded, held_residual = part.padded(rest), part.held_residual
+        held = part.by_block(padded)
+        with_e = padded.swapaxes(1, 2) @ np.concatenate((part.padded(e), held_residual), axis=2)  # (blocks, K m, 2)
         c, rest, padded, held = (each.reshape(*each.shape[:-1], *sets) for each in (columns, rest, padded, held))
         own = c.transpose(1, 2, 0)  # differences of large numbers: BLAS sums have smaller rounding errors
         square[which] += np.einsum("rkm,rkm->km", c, c) / unit

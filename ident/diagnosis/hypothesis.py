@@ -12,7 +12,7 @@ from pathlib import PurePath
 import numpy as np
 
 from ident.diagnosis.evidence import BLOCKS, Score
-from ident.diagnosis.models import FreeModel, free_model
+from ident.diagnosis.models import FreeModel
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm, with_transmission
 from ident.model.structure import Structure, structure_of
@@ -22,7 +22,7 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices, Mask, once_per_object, readonly
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LogHypothesis:
     """A hypothesis on the columns of a log.
 
@@ -40,6 +40,12 @@ class LogHypothesis:
     clock: float  # factor of time
     delay: Array  # delay of each joint's logged current [s], shape (n,)
 
+    @cached_property
+    def of_positions(self) -> bytes:
+        """Key of all that changes positions and their derivatives."""
+        parts = (self.q_factor, self.q_mixing, self.zero, self.q_order, np.float64(self.clock))
+        return b"".join(each.tobytes() for each in parts)
+
     @property
     def changes_nothing(self) -> bool:
         """Whether the log is used as it is."""
@@ -49,8 +55,8 @@ class LogHypothesis:
         return bool(in_place and plain and not any(x.any() for x in (self.zero, self.delay, self.q_mixing)))
 
     def mixed(self, x: Array) -> Array:
-        """Return positions, speeds or accelerations of the arm, without zeros, from those of the log, (N, n)."""
-        ordered = x[:, self.q_order]
+        """Return positions, speeds or accelerations of the arm, without zeros, from those of the log, (..., N, n)."""
+        ordered = x[..., self.q_order]
         return self.q_factor * ordered + ordered @ self.q_mixing.T if self.q_mixing.any() else self.q_factor * ordered
 
     def read(self, log: Recording) -> Recording:
@@ -92,10 +98,8 @@ class Hypothesis:
 
     def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Hypothesis":
         """Return this hypothesis with other fields for some logs."""
-        return replace(
-            self,
-            logs=tuple(replace(each, **fields) if k in logs else each for k, each in enumerate(self.logs)),
-        )
+        other = {each: replace(each, **fields) for each in dict.fromkeys(self.logs[k] for k in logs)}
+        return replace(self, logs=tuple(other[each] if k in logs else each for k, each in enumerate(self.logs)))
 
 
 @lru_cache(maxsize=8)
@@ -122,14 +126,14 @@ class Logs:
     @cached_property
     def model(self) -> FreeModel:
         """The free fits."""
-        return free_model(self.problem, self.terms)
+        return FreeModel(self.problem, self.terms)
 
     @property
     def structure(self) -> Structure:
         """Structure of the arm."""
         return self.problem.structure
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the logs."""
         return tuple(each.name for each in self.recordings)

@@ -13,8 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
-from ident.diagnosis.effects import between, consequence, diagnosis_of, severity_of
-from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
+from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.models import FreeModel

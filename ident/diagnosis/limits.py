@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
-from ident.diagnosis.estimate_evidence import HeldOutEstimate
+from ident.diagnosis.effects import HeldOutEstimate
 from ident.diagnosis.evidence import Fits, each_z, log_density_improvement, stacked
 from ident.diagnosis.families import FAMILIES, Limit
 from ident.diagnosis.hypothesis import Alternative
@@ -52,8 +52,8 @@ def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
         return []
     cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part, which, columns in stacked(fits, [each.columns for each in directions]):
-        held, residual = part.predicted(part.without(columns)), part.predicted(part.residual[:, None])
-        cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
+        held = part.predicted(part.without(columns))
+        cross[which, j] = (part.held_residual.swapaxes(1, 2) @ held)[:, 0].T
         square[which, j] = np.einsum("brk,brk->bk", held, held).T
     felt = np.asarray(square.any(axis=2))[:, None, :, None]  # (directions, 1, parts, 1): others do not change
     largest, last = np.array([each.largest for each in directions]), len(SIZES) - 1

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
@@ -22,10 +23,7 @@ from ident.estimation.rows import OWN, Columns, joint_rows
 from ident.estimation.setting import Setting, setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
-from ident.model.arm import Arm
-from ident.model.displacement import States
-from ident.model.regressor import inverse_dynamics
-from ident.numerics.splines import CubicSpline
+from ident.numerics.splines import slopes
 from ident.observation.full_rate import FullRate
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices, once_per_object
@@ -35,31 +33,34 @@ COUPLED = ("Fvm", "Fcm")
 """Friction of motors that turn with two joints."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeModel:
-    """Free fits of all joints, prepared for held-out predictions."""
+    """Free fits of all joints."""
 
     problem: Problem  # the observed logs; two mountings are two payload objects, even if equal
-    rows: tuple[Columns, ...]  # rows of each joint
-    fits: Fits  # each joint's fit; None where it has fewer rows than unknowns
+    further: Sequence[Array | None] = ()  # further columns of each joint, n arrays of shape (r_j, m), if any
 
+    @cached_property
+    def rows(self) -> tuple[Columns, ...]:
+        """Rows of each joint."""
+        return tuple(joint_rows(self.problem, joint) for joint in range(self.problem.structure.arm.n))
 
-def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
-    """Fit every joint of a problem freely, with further columns of each joint, n arrays of shape (r_j, m), if any."""
-    n, blocks = problem.structure.arm.n, BLOCKS * len(problem.motions)
-    rows, parts = tuple(joint_rows(problem, joint) for joint in range(n)), list[FreeFit | None]()
-    for own, more in zip(rows, further or (None,) * n, strict=True):
-        W = free_columns(problem, own)
-        W = W if more is None else np.column_stack((W, more))
-        if len(own.V) <= W.shape[1]:
-            parts.append(None)
-            continue
-        fitted = free_fit(W, own.V, numbered_blocks(problem, own.motion, own.position), blocks)
-        if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
-            W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
-            fitted = free_fit(W, own.V, fitted.block, blocks)
-        parts.append(fitted)
-    return FreeModel(problem, rows, fits_of(parts))
+    @cached_property
+    def fits(self) -> Fits:
+        """Each joint's fit, prepared for held-out predictions; None where it has fewer rows than unknowns."""
+        blocks, parts = BLOCKS * len(self.problem.motions), list[FreeFit | None]()
+        for own, more in zip(self.rows, self.further or (None,) * len(self.rows), strict=True):
+            W = free_columns(self.problem, own)
+            W = W if more is None else np.column_stack((W, more))
+            if len(own.V) <= W.shape[1]:
+                parts.append(None)
+                continue
+            fitted = free_fit(W, own.V, numbered_blocks(self.problem, own.motion, own.position), blocks)
+            if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
+                W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
+                fitted = free_fit(W, own.V, fitted.block, blocks)
+            parts.append(fitted)
+        return fits_of(parts)
 
 
 def numbered_blocks(problem: Problem, motion: Indices, position: Indices) -> Indices:
@@ -85,8 +86,6 @@ def free_columns(problem: Problem, rows: Columns) -> Array:
     return np.column_stack((rows.W, *later, *payloads, *laws))
 
 
-STEP = 1e-3
-"""Relative step of numerical derivatives."""
 LARGEST_ANGLE = np.deg2rad(15.0)
 """Largest error of a zero and tilt of the base for which the first order is valid [rad]."""
 PRIOR_STD = 1.0
@@ -97,14 +96,8 @@ PRIOR_STD = 1.0
 class Reference:
     """A fit of all joints to logs with unknown payloads."""
 
-    problem: Problem  # the logs, with unknown payloads
     ready: Setting  # inputs of the fit
-    fitted: Fit  # the fit
-
-    @property
-    def h(self) -> Array:
-        """1/g of each joint, relative to the one that was set, shape (n,)."""
-        return self.fitted.h
+    fitted: Fit  # the fit; its 1/g of each joint are relative to the one that was set
 
     @cached_property
     def torques(self) -> tuple[Torques, ...]:
@@ -115,81 +108,57 @@ class Reference:
         """Change of each joint's currents, n arrays of shape (r_j, m), by one of the torques of a log, (S, n, m)."""
         return self._currents(self.ready.of_logs([_filtered(each.sweep, of(each)) for each in self.torques]))
 
-    @cached_property
     def softened(self) -> tuple[Array, ...]:
-        """Change of each joint's currents per unit of each joint's compliance, n arrays of shape (r_j, n)."""
-        return self._currents(compliance_columns(self.ready, self.torques))
+        """Change of each joint's currents per plausible compliance of each joint, n arrays of shape (r_j, n)."""
+        size = assumed_compliance(self.ready.sweeps[0], self.fitted.theta)
+        return self._currents(compliance_columns(self.ready, self.torques) * np.where(size > 0.0, size, 1.0))
 
     def _currents(self, torque: Array) -> tuple[Array, ...]:
         joint = self.ready.columns.joint
-        return tuple(h * torque[joint == j] for j, h in enumerate(self.h))
+        return tuple(h * torque[joint == j] for j, h in enumerate(self.fitted.h))
 
     @cached_property
-    def compliance(self) -> Array:
-        """Plausible compliance of each joint [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
-        return assumed_compliance(self.ready.sweeps[0], self.fitted.theta)
-
-    def explained(self, log: int) -> tuple[Array, ...]:
-        """Fitted currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
-        columns = self.ready.columns
-        found = np.where(columns.motion == log, self.fitted.fitted_currents, 0.0)
-        return tuple(found[columns.joint == j] for j in range(self.ready.n))
+    def explained(self) -> tuple[Array, ...]:
+        """Fitted currents of each joint's rows, n arrays of shape (r_j, 1)."""
+        joint, found = self.ready.columns.joint, self.fitted.fitted_currents[:, None]
+        return tuple(found[joint == j] for j in range(self.ready.n))
 
     def within(
         self, columns: Sequence[Array], logs: Sequence[int], joints: Sequence[int] | None = None
     ) -> tuple[Array | None, ...]:
         """Return columns of each joint's rows, zero outside given logs, None outside given joints, if any."""
-        rows = self.ready.columns
-        inside = (np.isin(rows.motion[rows.joint == j], logs)[:, None] for j in range(self.ready.n))
-        chosen = enumerate(zip(columns, inside, strict=True))
-        return tuple(each * own if joints is None or j in joints else None for j, (each, own) in chosen)
+        rows, own = self.ready.columns, range(self.ready.n) if joints is None else joints
+        inside = np.isin(rows.motion, logs)[:, None]
+        return tuple(each * inside[rows.joint == j] if j in own else None for j, each in enumerate(columns))
 
     def rate(self, along: Torques) -> Array:
         """Rate of change of the torques and of viscous friction along a log [N m / s], shape (S, n, 1)."""
-        knots, log = along.sweep.knots, along.sweep.number
-        friction = [self.fitted.friction(j) for j in range(self.ready.n)]
+        log, friction = along.sweep.number, [self.fitted.friction(j) for j in range(self.ready.n)]
         viscous = np.array([own.get(("Fv", log), own.get(("Fv", -1), 0.0)) for own in friction])
-        rate = CubicSpline.through(knots, along.sampled)(knots, 1)
-        return (rate + viscous / self.h * along.sweep.behind.states.ddq)[..., None]
+        return (slopes(along.sweep.knots, along.sampled) + viscous / self.fitted.h * along.sweep.behind.states.ddq)[
+            ..., None
+        ]
 
 
 def _filtered(sweep: Sweep, torque: Array) -> Array:
     """Convert torques (S, n, m) to rows, joint by joint, by their own values alone; `Sweep.rows` interpolates."""
     behind = sweep.behind
-    moving, (at, weight) = behind.moving[behind.at], _row_filter(behind)
-    parts = list[Array]()
-    for j, each in enumerate(sweep.motion.observation.joints):
-        own = np.where(moving[:, j, None], torque[:, j], 0.0)[at[each.position]]
-        parts.append(np.einsum("rl,rlm->rm", weight[each.position], own))
-    return np.concatenate(parts)
+    moving = np.where(behind.moving[behind.at][:, :, None], torque, 0.0)
+    rows = (_row_filter(behind) @ moving.reshape(len(moving), -1)).reshape(-1, *moving.shape[1:])
+    return np.vstack([rows[each.position, j] for j, each in enumerate(sweep.motion.observation.joints)])
 
 
 @once_per_object
-def _row_filter(behind: FullRate) -> tuple[Indices, Array]:
-    """The decimation filter at the samples of the torques: indices and weights of each row, both of shape (rows, l)."""
+def _row_filter(behind: FullRate) -> sparse.csr_array:
+    """The decimation filter at the samples of the torques, shape (rows, S)."""
     D, samples = behind.decimator, behind.at
     begin = D.factor * np.arange(D.rows(len(behind.q)))  # first sample of a row's filter
-    first = np.searchsorted(samples, begin)
-    count = int(np.max(np.searchsorted(samples, begin + len(D.kernel)) - first, initial=1))
-    at = np.minimum(first[:, None] + np.arange(count), len(samples) - 1)
-    lag = samples[at] - begin[:, None]
-    weight = np.where(lag < len(D.kernel), D.kernel[np.minimum(lag, len(D.kernel) - 1)], 0.0)
-    return at, weight / weight.sum(axis=1, keepdims=True)
-
-
-def with_arm(along: Torques, arm: Arm) -> Array:
-    """Derivative of the torques by a parameter of the arm that was changed by `STEP`, shape (S, n, 1)."""
-    return _difference(along, arm, along.sweep.behind.states)
-
-
-def with_time(along: Torques) -> Array:
-    """Derivative of the torques by a factor of time, shape (S, n, 1)."""
-    states = along.sweep.behind.states
-    return _difference(along, along.arm, States(states.q, states.dq * (1.0 - STEP), states.ddq * (1.0 - 2.0 * STEP)))
-
-
-def _difference(along: Torques, arm: Arm, states: States) -> Array:
-    return (inverse_dynamics(arm, along.chi, states.q, states.dq, states.ddq) - along.sampled)[..., None] / STEP
+    ends = np.searchsorted(samples, np.stack((begin, begin + len(D.kernel))))
+    at = np.concatenate([np.arange(*each) for each in ends.T])
+    row = np.repeat(np.arange(len(begin)), ends[1] - ends[0])
+    weight = D.kernel[samples[at] - begin[row]]
+    weight /= np.bincount(row, weight)[row]
+    return sparse.csr_array((weight, (row, at)), shape=(len(begin), len(samples)))
 
 
 def reference(problem: Problem) -> Reference | None:
@@ -202,7 +171,7 @@ def reference(problem: Problem) -> Reference | None:
         fitted = fit(ready, {}, None)
     except IdentificationError:
         return None
-    return Reference(unknown, ready, fitted)
+    return Reference(ready, fitted)
 
 
 def _unknown(problem: Problem) -> Problem:

@@ -1,26 +1,41 @@
 """Checks for gross mistakes: degrees instead of radians, the same file twice, swapped files, no load.
 
 Each raises an error with the likely mistake and the remedy, before or after an estimate that would otherwise look
-valid.
+valid. Fits of each joint alone also give the sign of its friction, and the accuracy of its gain with a planned payload.
+
+If friction drives instead of braking, positions or currents have the wrong sign. The gain, in drive units, has the sign
+of the friction; a negative one is not necessarily a mistake. For a planned payload, the rows of the log represent both
+motions, without and with it. The standard deviation of 1/g follows from the columns (paper, eq. 20) and the residual:
+that of a joint's own fit, but at least that of real drives. An approximate gain converts it to a relative one.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
+from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.diagnosis.hypothesis import SLACK, reach
-from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
-from ident.estimation.joint_by_joint import joint_by_joint_gains
-from ident.estimation.problem import Problem
+from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs, largest
+from ident.estimation.intervals import Basis, Rows, max_of_classical_and_jackknife
+from ident.estimation.joint_by_joint import gain_system, joint_by_joint_gains
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
+from ident.estimation.rows import joint_rows
 from ident.model.arm import Arm
+from ident.numerics.least_squares import least_squares
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
 from ident.recordings.recording import NO_JOINT, Motion, Recording, share_samples
+from ident.support.arrays import Array, readonly
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
 LOAD_Z = 4.0
 """Number of standard deviations by which 1/g must differ from zero on some joint for a load to be present."""
 RECORD_BARE = "record one with nothing on the flange (--unloaded)"
 SWAPPED = "every joint gives a negative payload mass; bare and loaded recordings are probably swapped"
+RANK_TOL = 1e-9
+"""Smallest singular value of unit columns, relative to the largest."""
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is reported."""
 
@@ -112,3 +127,83 @@ def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
         for joint, share in shares.items()
         if share > LARGE_RESIDUAL
     )
+
+
+def friction_z(problem: Problem, joint: int) -> Array:
+    """Return total and Coulomb friction of a joint over their standard deviations, shape (2,); 0 with too few rows."""
+    rows = joint_rows(problem, joint)
+    size = np.linalg.norm(rows.W, axis=0)
+    U, s, Vt = np.linalg.svd(rows.W / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
+    if len(rows.V) <= rank:
+        return np.zeros(2)
+    Q, kinds = U[:, :rank], np.array((rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")), dtype=np.float64)
+    influence = readonly(kinds @ (Vt[:rank].T / s[:rank]) @ Q.T)  # at typical speed; dependent columns share equally
+    fitted = Rows(
+        V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
+        position=rows.position, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)), explained=Basis.of(Q),
+    )  # fmt: skip
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
+    return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
+
+
+def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
+    """Return the diagnosis of joints that friction drives and never brakes, for gains `about`, (n,), or positive."""
+    n, found = problems[0].structure.arm.n, list[Diagnosis]()
+    for j, sign in enumerate(np.ones(n) if about is None else np.sign(about)):
+        z = [sign * float(largest(friction_z(problem, j))) for problem in problems]
+        if min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
+            sentence = f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have "
+            advice = f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative"
+            found.append(finding(None, "friction sign", sentence + "opposite signs", advice, joints=(j,)))
+    good = "friction opposes the motion of every joint where it is identifiable"
+    return found or [finding(None, "friction sign", good)]
+
+
+def opposed(problem: Problem, joints: Sequence[int]) -> list[tuple[int, int]]:
+    """Those of some joints, from 0, that friction brakes in one log and drives in another, with the faulty log.
+
+    It is the one with the less frequent sign, of two the later one. An unknown payload of negative mass could explain
+    a negated current of a vertical prismatic joint; friction cannot be explained so.
+    """
+    motions = [replace(problem, motions=(each,)) for each in problem.motions]
+    found = list[tuple[int, int]]()
+    for joint in joints:
+        z = np.array([largest(friction_z(each, joint)) for each in motions])
+        if z.max() > FRICTION_Z and z.min() < -FRICTION_Z:
+            brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)
+            found.append((joint, int(min(brakes, drives, key=lambda logs: (len(logs), -logs[-1]))[-1])))
+    return found
+
+
+def predicted_rel_std(
+    observation: Observation, payload: Payload, gain: Array, options: GainOptions
+) -> tuple[float | None, ...]:
+    """Predict the relative standard deviation of gains (n,) [N m / unit] with a payload; None if not identifiable."""
+    both = pair(observation, observation, payload, options)
+    alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
+
+    def predicted(joint: int) -> float | None:
+        system, rows = gain_system(both, joint, [payload.known_part()]), joint_rows(alone, joint)
+        if system is None:
+            return None
+        try:
+            own, fit = (
+                least_squares(W, V, rank_tol=RANK_TOL) for W, V in ((rows.W, rows.V), (system.W, system.rows.V))
+            )
+        except NotIdentifiable:
+            return None
+        sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
+        return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(float(gain[joint]))  # std(g) / g = g std(1/g)
+
+    return tuple(predicted(joint) for joint in range(observation.structure.arm.n))
+
+
+def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> Diagnosis:
+    """Return the diagnosis of the gains that motion and payload would identify."""
+    unseen = [j for j, std in enumerate(predicted) if std is None or std > options.max_rel_std]
+    words = ", ".join("-" if std is None else f"{100.0 * std:.2g}" for std in predicted)
+    listed = ", ".join(str(j + 1) for j in unseen)
+    advice = f"for joint {listed}, mount the payload farther from its axis, or a heavier one" if unseen else None
+    sentence = f"predicted standard deviations of the gains, joint by joint: {words} %"
+    return finding(log, "excitation", sentence, advice, joints=unseen)

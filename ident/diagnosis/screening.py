@@ -20,7 +20,7 @@ from ident.model.arm import Arm, with_transmission
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks
 from ident.model.structure import Structure, independent_columns, structure_of
-from ident.numerics.signals import delayed, edge_samples, low_passed
+from ident.numerics.signals import delayed, edge_samples, low_passed_at
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
@@ -34,7 +34,7 @@ RIDGE = 1e-10
 """Prior precision as in the comparison, for fewer rows."""
 ASLANT = np.array([3.6, -4.8, 8.0])
 """Gravity [m/s^2] in a general direction: what is unidentifiable with it is so with any gravity."""
-TOGETHER = 16
+TOGETHER = 24
 """Number of hypotheses on a log whose regressors are computed in one recursion; more exceed the processor's cache."""
 NOTHING = 1e-3
 """Residual share of a current below which nothing is left to explain: filters cause as much with exact data."""
@@ -49,9 +49,7 @@ DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 class SubsampledStates:
     """States of one motion at N samples: less accurate than decimation, and a hundred times as fast."""
 
-    q: Array  # positions [rad], shape (N, n)
-    dq: Array  # velocities [rad/s], shape (N, n)
-    ddq: Array  # accelerations [rad/s^2], shape (N, n)
+    motion: Array  # positions, velocities and accelerations [rad, s], shape (3, N, n)
     v: Array  # currents, low-passed [drive units], shape (N, n)
     moving: Mask  # mask of joints away from a reversal, shape (N, n)
 
@@ -66,9 +64,9 @@ def subsampled_states(recording: Recording, most: int, options: ObserveOptions) 
     chosen = slice(inner.start, inner.stop, step)
     q, dq, ddq = filtered_motion(recording, options.cutoff_hz)
     v = delayed(recording.v, options.current_delay / recording.period)
-    v = low_passed(v, recording.period, options.decimation_cutoff_hz)
+    v = low_passed_at(v, recording.period, options.decimation_cutoff_hz, chosen)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
-    return SubsampledStates(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)
+    return SubsampledStates(np.stack((q[chosen], dq[chosen], ddq[chosen])), v, np.abs(dq[chosen]) > slow)
 
 
 def looked_at(logs: Logs) -> list[SubsampledStates]:
@@ -168,20 +166,20 @@ def _normals(
     """Return the index of each hypothesis' equations, (K, logs), and the distinct equations of each joint and log."""
     number, found = np.empty((len(hypotheses), len(at)), np.intp), [list[_Normal]() for _ in joints]
     for k, log in enumerate(at):
-        distinct, N = dict[bytes, tuple[int, Hypothesis]](), len(log.v)
+        distinct, N = dict[tuple[bytes, ...], tuple[int, Hypothesis]](), len(log.v)
         for which, each in enumerate(hypotheses):
-            how = each.logs[k]
-            parts = each.gravity, each.length_factors, how.q_factor, how.q_mixing, how.zero, how.q_order
-            key = b"".join(part.tobytes() for part in (*parts, np.float64(how.clock)))
+            key = each.gravity.tobytes(), each.length_factors.tobytes(), each.logs[k].of_positions
             number[which, k], _ = distinct.setdefault(key, (len(distinct), each))
         states = [each for _, each in distinct.values()]
         own = [each.logs[k] for each in states]
         moving = np.array([log.moving[:, how.q_order] for how in own], np.float64)  # (S, N, n)
+        motion = np.concatenate([how.mixed(log.motion) for how in own], axis=1)  # (3, S N, n)
+        clock = np.repeat([how.clock for how in own], N)[:, None]
         blocks = regressor_blocks(
             arm,
-            np.concatenate([how.mixed(log.q) + how.zero for how in own]),
-            np.concatenate([how.mixed(log.dq) / how.clock for how in own]),
-            np.concatenate([how.mixed(log.ddq) / how.clock**2 for how in own]),
+            motion[0] + np.repeat([how.zero for how in own], N, axis=0),
+            motion[1] / clock,
+            motion[2] / clock**2,
             weight=moving.reshape(-1, arm.n),
             size=TOGETHER * N,
             first=joints[0],

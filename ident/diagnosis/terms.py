@@ -50,8 +50,7 @@ DEGREE = 6
 
 def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Elastic joints, each with its own compliance."""
-    size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
-    yield _term(ELASTICITY, logs, [each * size for each in reference.softened])
+    yield _term(ELASTICITY, logs, reference.softened())
 
 
 def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -108,8 +107,8 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
     for log in logs.every:
-        explained = zip(logs.model.rows, reference.explained(log), strict=True)
-        columns = [(own * rows.since_middle(log))[:, None] for rows, own in explained]
+        explained = zip(logs.model.rows, reference.within(reference.explained, (log,)), strict=True)
+        columns = [own * rows.since_middle(log)[:, None] for rows, own in explained if own is not None]
         yield _term(CURRENT_DRIFT, logs, columns, (), (log,))
         yield from (_term(CURRENT_DRIFT, logs, each, (j,), (log,)) for j, each in enumerate(columns))
 

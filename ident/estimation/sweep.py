@@ -12,6 +12,7 @@ velocity and acceleration. The rotor is not affected, if its inertia is identifi
 much, its joint is at q - d. A tilted base rotates gravity about an axis perpendicular to it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -183,6 +184,10 @@ class Torques:
         moving, chi = self.sweep.motion.observation.kinematics, self.chi - self.rotors
         return Pieces(moving.samples, lambda piece: Dynamics.of(moving[piece], chi))
 
+    def by(self, change: Callable[[Dynamics], Array]) -> Array:
+        """Change of the torques as a method of `Dynamics` gives it, shape (S, n, m)."""
+        return np.concatenate([change(links) for _, links in self.links])
+
     def _displaced(self, further: States) -> Array:
         """Change of the torques by displacements and their derivatives, shape (S, n, n)."""
         return np.concatenate([links.displaced(further.of(piece)) for piece, links in self.links])
@@ -213,10 +218,6 @@ class Torques:
             rows[:, k] = sweep.decimated(low_passed(full, behind.period, float(limits[k]))[..., None])[:, 0]
         return rows
 
-    def misplaced(self) -> Array:
-        """Change per error of each joint's zero, then per tilt of the base [N m/rad; N m/m], shape (S, n, n + 2)."""
-        return np.concatenate([misplaced(links) for _, links in self.links])
-
     def turned(self, beside: int) -> Array:
         """Change per share of the angle of joint j + `beside` by which motor j also turns, (S, n, n); that of j last.
 
@@ -227,22 +228,11 @@ class Torques:
         change[:, (motors + beside) % self.arm.n, motors] -= self._of_links(self.sampled)
         return change
 
-    def tilted(self) -> Array:
-        """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
-        return np.concatenate([tilted(links) for _, links in self.links])
-
-
-def misplaced(links: Dynamics) -> Array:
-    """Change of torques of a motion of N samples as `Torques.misplaced`, shape (N, n, n + 2)."""
-    still = np.zeros((links.own.shape[-1], len(links.own)))
-    return np.concatenate((-links.displaced(States(np.ones_like(still), still, still)), tilted(links)), axis=2)
-
-
-def tilted(links: Dynamics) -> Array:
-    """Change of torques of a motion of N samples as `Torques.tilted`, shape (N, n, 2)."""
-    # gravity rotates the other way; I S has moment and force of the following links per acceleration
-    arm = links.moving.arm
-    return arm.of_motors(-np.einsum("jas,ka->sjk", links.own[:, 1], np.cross(arm.gravity, across(arm))))
+    def slowed_down(self) -> Array:
+        """Change per relative change of the duration of the motion [N m], shape (S, n, 1)."""
+        states = self.sweep.behind.states
+        links = self._displaced(States(np.zeros_like(states.q), -states.dq, -2.0 * states.ddq)).sum(axis=2)
+        return (links - 2.0 * drive_torques(self.arm, self.rotors, states.dq, states.ddq))[..., None]
 
 
 @lru_cache(maxsize=8)
@@ -253,8 +243,8 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
     depends on the structure of the arm alone, so it is found on random states with random masses, where what is zero is
     zero to rounding; the columns of a motion are interpolated.
 
-    `mountings` tells payloads from the bare flange, `kept` the m errors concerned from the others of `misplaced`. Shape
-    (n, m, m): columns beyond the number of combinations are zero.
+    `mountings` tells payloads from the bare flange, `kept` the m errors concerned from the others of
+    `Dynamics.misplaced`. Shape (n, m, m): columns beyond the number of combinations are zero.
     """
     arm, rng = structure.arm, np.random.default_rng(PROBE_SEED)
     inertial = np.isin(np.arange(structure.base.regrouping.shape[1]) % len(STANDARD), np.arange(len(INERTIAL)))
@@ -266,7 +256,7 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
     for load in loads:
         states = States(*rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n)))
         W.append(regressor(arm, *states))
-        moved.append(misplaced(Dynamics.of(Kinematics.of(arm, states), masses + load))[..., np.array(kept)])
+        moved.append(Dynamics.of(Kinematics.of(arm, states), masses + load).misplaced()[..., np.array(kept)])
     found = np.zeros((arm.n, sum(kept), sum(kept)))
     for j, own in enumerate(found):
         known = [linalg.block_diag(*(each[:, j, structure.payload_columns] for each in W))]
@@ -278,11 +268,6 @@ def independent_misplacements(structure: Structure, mountings: tuple[bool, ...],
         _, s, Vt = np.linalg.svd(outside(Q, D / size)[0], full_matrices=False)
         own[:, : np.count_nonzero(s > RANK_TOL)] = (Vt[s > RANK_TOL] / size).T
     return found
-
-
-def across(arm: Arm) -> Array:
-    """Two unit vectors perpendicular to gravity, shape (2, 3); none without gravity, shape (0, 3)."""
-    return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
 
 
 def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy import linalg
 
 from ident.model.arm import Arm
 from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
@@ -78,17 +79,19 @@ class Kinematics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics:
-    """An arm of known parameters along a motion, with composite bodies, each a joint's link and the following ones."""
+    """Changes of the torques of an arm of n motors and known parameters along a motion, to first order."""
 
-    moving: Kinematics
-    chi: Array  # standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`
-    own: Array  # I S, then B' s + p x u, together (n, 3, 3, N)
-    by_x: tuple[Array, Array, Array]  # of the wrench f, by a displacement, its rate and acceleration, (n, 2, 3, N)
+    arm: Arm
+    # change of torque j per displacement of motor k, its rate and acceleration, without Coulomb friction, (3, n, n, N):
+    by_motor: Array
+    by_base: Array  # torque of each motor per acceleration of the base [m/s^2], shape (n, 3, N)
+    by_length: Array  # change of torque j per relative change of the distance of frame k from the one before, (n, n, N)
 
     @classmethod
     def of(cls, moving: Kinematics, chi: Array) -> "Dynamics":
-        """Of an arm of n joints and c couplings."""
-        inertial = chi[: len(STANDARD) * moving.arm.n].reshape(moving.arm.n, -1)[:, : len(INERTIAL)]
+        """Of standard parameters, shape (14 n + 3 c,) for c couplings; names as in `parameters.labels`."""
+        arm, n = moving.arm, moving.arm.n
+        inertial = chi[: len(STANDARD) * n].reshape(n, -1)[:, : len(INERTIAL)]
         masses = pseudo_inertia(inertial)
         (S, dS, ddS), V, A = moving.S, moving.V, moving.A
         turned = masses[:, None] @ moving.pose  # (n, 3, 4, N)
@@ -107,39 +110,58 @@ class Dynamics:
 
         IS = _momentum(J, h, m, S)
         turning = np.einsum("jbas,jbs->jas", B, S[:, 0]) + _cross(p, S[:, 1])
-        by_dx = 2.0 * (_momentum(J, h, m, dS) + rate(S[:, 0]))
+        later = np.concatenate((IS, turning[:, None]), axis=1)  # times D_k and 2 E_k, by displacement and by rate
+        D = np.stack((np.concatenate((ddS, 2.0 * dS[:, :1]), axis=1), 2.0 * np.concatenate((dS, S[:, :1]), axis=1)))
         by_x = _momentum(J, h, m, ddS) + 2.0 * rate(dS[:, 0]) + _moved(S, f)
-        return cls(moving, chi, np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
+        wrench = np.stack((by_x, 2.0 * (_momentum(J, h, m, dS) + rate(S[:, 0]))))
+        change = np.empty((3, n, n, S.shape[-1]))
+        for k in range(n):
+            change[:2, k:, k] = np.einsum("jabs,oabs->ojs", later[k:], D[:, k])
+            change[:2, :k, k] = np.einsum("jabs,oabs->ojs", S[:k], wrench[:, k])
+            change[2, k, k:] = change[2, k:, k] = np.einsum("jabs,abs->js", IS[k:], S[k])
+        by_base, by_length = IS[:, 1], np.zeros_like(change[0])
+        for k in np.flatnonzero(arm.translation[1:].any(axis=1)) + 1:
+            # the following links are elsewhere by x, which turns with the preceding link
+            x, w, dw = np.einsum("abs,b->as", moving.pose[k - 1, :, :3], arm.translation[k]), V[k - 1, 0], A[k - 1, 0]
+            a = _cross(dw, x) + _cross(w, _cross(w, x))
+            by_length[k:, k] = np.einsum("jas,as->js", by_base[k:], a)
+            moved = np.stack((_cross(h[k], a) + _cross(x, f[k, 1]), m[k] * a))
+            by_length[:k, k] = np.einsum("jabs,abs->js", S[:k], moved)
+        if (through := arm.to_joints) is not None:
+            change = np.einsum("ji,lk,ojls->oiks", through, through, change, optimize=True)
+            by_base, by_length = (np.einsum("ji,j...->i...", through, each) for each in (by_base, by_length))
+        steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(n, arm.couplings)]
+        linear, each, none = np.where(steady, 0.0, chi), np.eye(n), np.zeros((n, n))
+        change[1] += drive_torques(arm, linear, each, none).T[..., None]
+        change[2] += drive_torques(arm, linear, none, each).T[..., None]
+        return cls(arm, change, by_base, by_length)
 
     def displaced(self, further: States) -> Array:
         """Return the first-order change of torques by each motor's displacement [N m or N], shape (N, n, n).
 
         `further` has the displacements and their first and second time derivatives. Coulomb friction is not included.
         """
-        arm, through = self.moving.arm, self.moving.arm.to_joints
-        if through is None:
-            change = self._by_joint(further)
-        else:  # motor k moves joint j by A^-1_jk
-            motors = ([each[:, k, None] * through[:, k] for each in further] for k in range(arm.n))
-            change = arm.of_motors(np.stack([self._by_joint(States(*each)).sum(axis=2) for each in motors], axis=2))
-        steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
-        linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))
-        change += drive_torques(arm, linear, each, none).T * further.dq[:, None]
-        change += drive_torques(arm, linear, none, each).T * further.ddq[:, None]
-        return change
+        x, dx, ddx = further.q.T, further.dq.T, further.ddq.T
+        by_x, by_dx, by_ddx = self.by_motor
+        return np.moveaxis(by_x * x + by_dx * dx + by_ddx * ddx, 2, 0)
 
-    def _by_joint(self, further: States) -> Array:
-        """Return the change of joint torques by each joint's displacement, without drives, shape (N, n, n)."""
-        n, (S, dS, ddS) = self.moving.arm.n, self.moving.S
-        x, dx, ddx = (each.T[:, None, None, :] for each in further)
-        D = np.concatenate((ddx * S + 2.0 * dx * dS + x * ddS, 2.0 * (dx * S[:, :1] + x * dS[:, :1])), axis=1)
-        by_x, by_dx, by_ddx = self.by_x
-        wrench = x * by_x + dx * by_dx + ddx * by_ddx
-        change = np.empty((len(further.q), n, n))
-        for k in range(n):
-            change[:, k:, k] = np.einsum("jabs,abs->sj", self.own[k:], D[k])
-            change[:, :k, k] = np.einsum("jabs,abs->sj", S[:k], wrench[k])
-        return change
+    def misplaced(self) -> Array:
+        """Change per error of each motor's zero, then per tilt of the base [N m/rad; N m/m], shape (N, n, n + 2)."""
+        return np.concatenate((-np.moveaxis(self.by_motor[0], 2, 0), self.tilted()), axis=2)
+
+    def tilted(self) -> Array:
+        """Change per rotation of the base about each of `across` [N m / rad], shape (N, n, 2)."""
+        # gravity rotates the other way, and acts as the opposite acceleration of the base
+        return -np.einsum("jas,ka->sjk", self.by_base, np.cross(self.arm.gravity, across(self.arm)))
+
+    def lengthened(self) -> Array:
+        """Change per relative change of the distance of each joint's frame from the one before, shape (N, n, n)."""
+        return np.moveaxis(self.by_length, 2, 0)
+
+
+def across(arm: Arm) -> Array:
+    """Two unit vectors perpendicular to gravity, shape (2, 3); none without gravity, shape (0, 3)."""
+    return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
 
 
 def _around(x: Array) -> Array:

@@ -16,6 +16,7 @@ which is linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M. Samples are on the l
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -81,17 +82,22 @@ def link_motions(
 def joint_pose(arm: Arm, j: int, q: Array, length: Array | float = 1.0) -> tuple[Array, Vector]:
     """Return rotation from frame j - 1 to frame j, (3, 3, samples), and origin of frame j in frame j - 1.
 
-    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `length` is a factor of the
-    distance.
+    `length` is a factor of the distance.
     """
-    axis, back, turn, arrow = arm.axis[j], arm.rotation[j].T, q, _along(arm.translation[j], length)
+    terms, arrow = _rotation_terms(arm, j), _along(arm.translation[j], length)
     if not arm.revolute[j]:
-        turn, arrow = np.zeros(len(q)), [x + y for x, y in zip(arrow, _along(axis @ back, q), strict=True)]
-    kept, (x, y, z) = np.outer(axis, axis), axis
+        slid = _along(arm.axis[j] @ arm.rotation[j].T, q)
+        q, arrow = np.zeros(len(q)), [x + y for x, y in zip(arrow, slid, strict=True)]
+    return (terms @ np.stack((np.ones(len(q)), np.cos(q), np.sin(q)))).reshape(3, 3, -1), arrow
+
+
+@lru_cache(maxsize=64)
+def _rotation_terms(arm: Arm, j: int) -> Array:
+    """Entries of the rotation from frame j - 1 to frame j as factors of 1, cos(q) and sin(q) (Rodrigues), (9, 3)."""
+    kept, (x, y, z) = np.outer(arm.axis[j], arm.axis[j]), arm.axis[j]
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    terms = np.stack((kept, np.eye(3) - kept, -skew)) @ back
-    constant, cosine, sine = np.where(np.abs(terms) < ROUNDING, 0.0, terms)[..., None]  # (3, 3, 1) each
-    return constant + cosine * np.cos(turn) + sine * np.sin(turn), arrow
+    terms = np.stack((kept, np.eye(3) - kept, -skew)) @ arm.rotation[j].T
+    return np.ascontiguousarray(np.where(np.abs(terms) < ROUNDING, 0.0, terms).reshape(3, 9).T)
 
 
 def _along(direction: Array, amount: Array | float) -> Vector:

@@ -8,6 +8,7 @@ IEEE Trans. Audio Electroacoustics 15(2), 1967).
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ident.numerics.filters import butterworth, filtered_both_ways
 from ident.support.arrays import Array
@@ -46,6 +47,16 @@ def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
     """
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
     return filtered_both_ways(butterworth(FILTER_ORDER, cutoff_hz, 1.0 / period), x, padding)
+
+
+def low_passed_at(x: Array, period: float, cutoff_hz: float, samples: slice) -> Array:
+    """The same at a few samples, from the impulse response, shape (samples, k)."""
+    reach = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
+    impulse = np.zeros((4 * reach + 1, 1))
+    impulse[2 * reach] = 1.0
+    response = low_passed(impulse, period, cutoff_hz)[reach : 3 * reach + 1, 0]
+    padded = np.pad(x, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+    return sliding_window_view(padded, len(response), axis=0)[samples] @ response
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:

@@ -29,6 +29,7 @@ from ident.estimation.terms import (
     torques_of,
     with_softened,
 )
+from ident.model.displacement import Dynamics
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, OptionError
 from ident.support.options import NAMES, refuse_outside, unknown_name
@@ -212,7 +213,7 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float, elastic:
         return ready
     plain = fit(ready, {}, None)
     along = torques_of(ready, plain.theta)
-    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in along])
+    columns = ready.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in along])
     ready = with_softened(ready, along) if elastic else ready
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))

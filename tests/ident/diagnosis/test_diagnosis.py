@@ -14,8 +14,7 @@ from real_friction import Truth
 from ident.diagnosis.column_faults import scaled
 from ident.diagnosis.diagnose import _effects, _Known, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import between, consequence, of_currents, of_ratios, severity_of
-from ident.diagnosis.estimate_evidence import stated
+from ident.diagnosis.effects import between, consequence, of_currents, of_ratios, severity_of, stated
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.lacks import beyond_prior
@@ -284,7 +283,7 @@ def test_joints_that_the_logs_show_to_yield_are_not_doubted_beside_stiff_ones(ax
 def test_a_current_that_friction_shows_to_be_negated_is_wrong_with_what_that_does_to_the_gains(
     sound, sound_estimate, monkeypatch
 ):
-    monkeypatch.setattr("ident.diagnosis.diagnose.opposed", lambda problem: [(2, 1)])
+    monkeypatch.setattr("ident.diagnosis.diagnose.opposed", lambda problem, joints: [(2, 1)])
     found = named(diagnose(sound, sound_estimate, all_joints).diagnoses, "current sign")
     assert (found.severity, found.joints, found.logs, found.z) == (Severity.WRONG, (2,), ("loaded",), None)
     assert found.sentence.startswith("v3 is negated in loaded alone")

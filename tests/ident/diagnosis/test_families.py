@@ -15,8 +15,8 @@ from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.hypothesis import in_logs, scopes
 from ident.diagnosis.models import reference
 from ident.diagnosis.search import Exact, FirstOrder, directions
-from ident.estimation.sweep import across
 from ident.model.arm import with_transmission
+from ident.model.displacement import across
 from ident.model.structure import structure_of
 
 

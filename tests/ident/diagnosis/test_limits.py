@@ -9,7 +9,7 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Effect, Exclusion
-from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
+from ident.diagnosis.effects import HeldOutEstimate, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.limits import (
     LIMITS,

@@ -11,7 +11,7 @@ from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.evidence import BLOCKS
-from ident.diagnosis.models import Reference, free_columns, free_model, reference
+from ident.diagnosis.models import FreeModel, Reference, free_columns, reference
 from ident.estimation.rows import joint_rows
 from ident.model.parameters import STANDARD
 from ident.observation.observation import Observation, ObserveOptions, observe
@@ -64,7 +64,7 @@ def test_friction_in_proportion_to_the_motors_torque_is_no_fault_of_a_log(axes):
 def test_a_column_that_the_model_has_besides_is_explained(sound):
     rng = np.random.default_rng(8)
     extra = [rng.normal(size=(len(rows.V), 2)) for rows in sound.model.rows]
-    model = free_model(sound.problem, (extra[0], None, extra[2]))
+    model = FreeModel(sound.problem, (extra[0], None, extra[2]))
     for j, given in enumerate(extra):
         left = np.linalg.norm(model.fits.parts[j].without(given)) / np.linalg.norm(given)
         assert (left < 1e-3) == (j != 1)
@@ -76,7 +76,7 @@ def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
         one, two, three = each.observation.joints
         short = replace(two, **{name: getattr(two, name)[:12] for name in names})
         motions.append(replace(each, observation=replace(each.observation, joints=(one, short, three))))
-    model = free_model(replace(sound.problem, motions=tuple(motions)))
+    model = FreeModel(replace(sound.problem, motions=tuple(motions)))
     assert [each is None for each in model.fits.parts] == [False, True, False]
     assert not model.fits.score.rows[1].any()
 
@@ -102,14 +102,14 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
         return Recording(t, motion(t + later)[0], base[0].v, "bare")
 
     def currents(seen: Observation) -> list[np.ndarray]:  # of the fitted arm, through the estimator's own regressor
-        each = zip(fit.h, seen.joints, strict=True)
+        each = zip(fit.fitted.h, seen.joints, strict=True)
         return [h * joint.W @ (seen.structure.base.regrouping[joint.columns] @ chi) for h, joint in each]
 
     base, size = logs_of(Truth(), seed=9), 1e-3  # of differences: second-order terms cancel, rounding is 1e-13 of it
     fit = reference(doubted(axes, [log(0.0), base[1]]).problem)
     chi = fit.torques[0].chi.copy()
     viscous = np.array([fit.fitted.friction(j)["Fv", 0] for j in range(3)])
-    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.h
+    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.fitted.h
     at = [observe(log(s * size), axes, ObserveOptions()) for s in (1.0, -1.0, 0.0)]
     joint, motion = fit.ready.columns.joint, fit.ready.columns.motion
     rates = [each[motion[joint == j] == 0, 0] for j, each in enumerate(fit.change(fit.rate))]

@@ -13,7 +13,6 @@ from real_friction import GAIN, Truth, real_logs
 from ident.estimation.all_joints import fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, with_misplaced
 from ident.estimation.problem import Problem
-from ident.estimation.sweep import misplaced
 from ident.estimation.terms import torques_of
 from ident.model.arm import Arm, arm_from_pinocchio
 from ident.model.displacement import Dynamics, Kinematics, States
@@ -43,7 +42,7 @@ def test_columns_of_zeros_are_what_the_torques_change_by(axes):
     ready = ready_of(problem)
     assert with_misplaced(ready, zero_deg=0.0, tilt_deg=0.0) is ready
     theta = fit(ready, {}, None).theta
-    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, theta)])
+    columns = ready.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in torques_of(ready, theta)])
 
     def torque(off: np.ndarray) -> np.ndarray:  # an encoder that reads so much too much
         shifted = ready_of(problem_of(axes, [replace(log, q=log.q - off) for log in logs]))
@@ -74,7 +73,7 @@ def test_an_arm_on_a_wall_has_two_tilts_about_the_axes_across_gravity(axes):
     ready = ready_of(problem)
     theta = fit(ready, {}, None).theta
     torques = torques_of(ready, theta)[1]
-    found = torques.tilted()
+    found = torques.by(Dynamics.tilted)
     q, still = torques.sweep.behind.states.q, np.zeros((len(found), N))
     assert np.abs(found).max(axis=(0, 1)).min() > 1.0
 
@@ -129,7 +128,7 @@ def test_a_joint_alone_shows_the_combinations_of_errors_that_no_other_masses_imi
     load = np.zeros_like(chi)
     load[structure.payload_columns] = rng.normal(size=10)
     kinematics = Kinematics.of(structure.arm, states)
-    D = np.vstack([misplaced(Dynamics.of(kinematics, x))[..., kept] for x in (chi, chi + load)])
+    D = np.vstack([Dynamics.of(kinematics, x).misplaced()[..., kept] for x in (chi, chi + load)])
     for j in range(N):
         base, own = W[:, j, structure.base.columns], W[:, j, structure.payload_columns]
         known = np.block([[base, np.zeros_like(own)], [base, own]])

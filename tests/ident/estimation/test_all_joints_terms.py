@@ -105,6 +105,15 @@ def test_torques_between_evaluated_samples_are_splines(ready):
         np.testing.assert_allclose(found[inner], fine, rtol=0, atol=2e-3 * np.abs(fine).max())
 
 
+def test_a_longer_duration_of_a_motion_changes_its_torques(ready):
+    along, h = ready.sweeps[1].at(theta_of(ready, rotors(ready))), 1e-4
+    q, dq, ddq = (getattr(along.sweep.behind.states, name) for name in ("q", "dq", "ddq"))
+    longer, shorter = (torque(with_payload(three_axes(), BRICK), q, dq / x, ddq / x**2) for x in (1.0 + h, 1.0 - h))
+    expected = (longer - shorter) / (2.0 * h) - 2.0 * rotors(ready) * ddq
+    # A central difference is off by h^2 of a third derivative, which is six times the torque.
+    np.testing.assert_allclose(along.slowed_down()[..., 0], expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK)])
 def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion, payload):
     Ia, full = rotors(ready), behind(ready, motion)

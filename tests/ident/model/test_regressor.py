@@ -93,6 +93,23 @@ def test_a_little_displacement_of_a_motor_changes_torques_by_its_share(coupled, 
         np.testing.assert_allclose(change[steady, :, k], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("A", [None, WRIST])
+def test_a_longer_distance_between_frames_changes_torques_by_its_share(rng, A):
+    slides = replace(arm_from_pinocchio(random_arm(rng, prismatic=0.4)), gravity=np.array([3.1, -2.7, -8.9]))
+    moved, h = slides if A is None else with_transmission(slides, A), 1e-5
+    chi, (states, _) = rng.normal(size=len(labels(6, ()))), lopsided(rng, 41, 6)
+    found = Dynamics.of(Kinematics.of(moved, states), chi).by_length
+    for k in range(6):
+        factors = [1.0 + size * (np.arange(6) == k)[:, None] for size in (h, -h)]
+        longer, shorter = (
+            inverse_dynamics(replace(moved, translation=each * moved.translation), chi, states.q, states.dq, states.ddq)
+            for each in factors
+        )
+        expected = (longer - shorter) / (2.0 * h)  # torques are quadratic in lengths: but for rounding, exact
+        np.testing.assert_allclose(found[:, k].T, expected, rtol=0, atol=1e-8 * np.abs(longer).max())
+    assert not found[:, 0].any()
+
+
 def test_drives_carry_their_own_torque_and_each_other_s_where_they_are_coupled(coupled, rng):
     names = labels(6, coupled.couplings)
     chi = rng.uniform(0.3, 2.0, len(names))

@@ -9,10 +9,9 @@ from pinocchio_arms import ELBOW, WRIST, random_arm, standard_parameters_of
 from pinocchio_arms import rnea as torque_of_joints
 from refusals import refused
 
-from ident.estimation.sweep import across, tilted
 from ident.identification import identify
 from ident.model.arm import Arm, arm_from_pinocchio, with_transmission
-from ident.model.displacement import Dynamics, Kinematics, States
+from ident.model.displacement import Dynamics, Kinematics, States, across
 from ident.model.regressor import inverse_dynamics, regressor, regressor_blocks
 from ident.model.structure import structure_of
 from ident.recordings.recording import Motion
@@ -46,7 +45,7 @@ def test_a_tilted_base_changes_the_torques_of_the_motors_by_its_gravity(rng):
     arm = with_transmission(arm_from_pinocchio(model), WRIST)
     states = rng.uniform(-2.0, 2.0, (3, 7, 6))
     chi = np.hstack((standard_parameters_of(model), np.zeros((6, 4)))).ravel()
-    found = tilted(Dynamics.of(Kinematics.of(arm, States(*states)), chi))
+    found = Dynamics.of(Kinematics.of(arm, States(*states)), chi).tilted()
     for k, u in enumerate(across(arm)):  # torques are linear in gravity, which turns about u the other way
         turned = replace(arm, gravity=arm.gravity + np.cross(arm.gravity, u))
         change = inverse_dynamics(turned, chi, *states) - inverse_dynamics(arm, chi, *states)

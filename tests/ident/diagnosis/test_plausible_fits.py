@@ -10,7 +10,7 @@ from known_logs import BRICK
 from real_friction import GAIN
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.joint_fits import excitation, friction_sign, friction_z, opposed, predicted_rel_std
+from ident.diagnosis.plausibility import excitation, friction_sign, friction_z, opposed, predicted_rel_std
 from ident.estimation.estimate import FRICTION_Z, largest
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns
@@ -35,7 +35,7 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
     W = rng.normal(size=(80, 4)) * [3.0, 0.9, 1.0, 40.0]
     W[:, 3] += 30.0 * W[:, 1]  # speed, and its sign
     V = W @ [0.2, dry, -0.3, viscous / 40.0] + 0.3 * np.where(np.arange(80) % 2, 1.0, -1.0) * rng.uniform(0.5, 1.5, 80)
-    monkeypatch.setattr("ident.diagnosis.joint_fits.joint_rows", lambda problem, joint: rows_of(W, V))
+    monkeypatch.setattr("ident.diagnosis.plausibility.joint_rows", lambda problem, joint: rows_of(W, V))
     # The larger deviation: that of white residuals (eq. 20), or of fits without each of twenty blocks of four rows.
     found, (square,) = np.linalg.lstsq(W, V)[:2]
     covariance = square / (80 - 4) * np.linalg.inv(W.T @ W)
@@ -54,7 +54,9 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
 def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
     W, V = rng.normal(size=(5, 4)), rng.normal(size=5)
     for r, told in ((5, True), (4, False)):
-        monkeypatch.setattr("ident.diagnosis.joint_fits.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r]))
+        monkeypatch.setattr(
+            "ident.diagnosis.plausibility.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r])
+        )
         assert friction_z(PROBLEM, 2).any() == told
 
 
@@ -67,7 +69,7 @@ def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_
     def backward(about):
         return [each.joints[0] for each in friction_sign(problems, about) if each.advice is not None]
 
-    monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
+    monkeypatch.setattr("ident.diagnosis.plausibility.friction_z", z)
     problems = [SimpleNamespace(log=k, structure=SimpleNamespace(arm=SimpleNamespace(n=7))) for k in (0, 1)]
     assert backward(None) == [0, 1, 3]
     about = np.array([2.0, -3.0, 2.0, -4.0, 2.0, 2.0, -5.0])  # friction of a drive that is wired backwards is negative
@@ -83,10 +85,11 @@ def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_
     def z(problem, joint):
         return FRICTION_Z * np.array([told[joint][problem.motions[0]], 0.0])
 
-    monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
+    monkeypatch.setattr("ident.diagnosis.plausibility.friction_z", z)
     arm = SimpleNamespace(arm=SimpleNamespace(n=6, joint_names=tuple("abcdef")))
-    assert opposed(Problem(arm, (0, 1, 2), GainOptions())) == [(0, 1), (1, 1), (3, 2), (5, 2)]
-    assert opposed(Problem(arm, (1,), GainOptions())) == []
+    assert opposed(Problem(arm, (0, 1, 2), GainOptions()), range(6)) == [(0, 1), (1, 1), (3, 2), (5, 2)]
+    assert opposed(Problem(arm, (0, 1, 2), GainOptions()), (1, 3)) == [(1, 1), (3, 2)]
+    assert opposed(Problem(arm, (1,), GainOptions()), range(6)) == []
 
 
 def test_the_deviation_that_is_predicted_is_that_of_the_loaded_motion(sound):

@@ -13,8 +13,7 @@ from real_friction import Truth
 
 from ident.diagnosis import lacks, terms
 from ident.diagnosis.diagnosis import Diagnosis, Severity, two_digits
-from ident.diagnosis.effects import FINEST, claimed, consequence
-from ident.diagnosis.estimate_evidence import HeldOutEstimate, by_least_squares, stated
+from ident.diagnosis.effects import FINEST, HeldOutEstimate, by_least_squares, claimed, consequence, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.hypothesis import Alternative, small
 from ident.diagnosis.lacks import (
@@ -349,7 +348,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     (beside,) = _unexplained(base, free, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
     score = replace(base.by_joint, squares=base.by_joint.squares / 1.03**2)  # what a log shows by its length alone
-    (slight,) = _unexplained(base, replace(free, fits=replace(free.fits, score=score)), beside_faults=False)
+    (slight,) = _unexplained(base, SimpleNamespace(fits=replace(free.fits, score=score)), beside_faults=False)
     assert "is 3 % larger than in a fit" in slight.sentence
     assert not list(lacks_of(base, (), ("a", "b"), stiff=None))
     right = stated(problem, all_joints(problem))  # friction of each log its own

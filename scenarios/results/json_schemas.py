@@ -96,8 +96,8 @@ def schema(name: str) -> dict[str, Any]:
 
 
 def _field_docs(kind: type) -> dict[str, str]:
-    """Return descriptions of fields: of the docstring, or of a dataclass beside them."""
-    beside = COMMENT.findall(getsource(kind)) if is_dataclass(kind) else []
+    """Return descriptions of fields: of the docstring, or beside them."""
+    beside = COMMENT.findall(getsource(kind)) if is_dataclass(kind) or issubclass(kind, BaseModel) else []
     return {name: text[0].upper() + text[1:] for name, text in beside} | attribute_docs(kind)
 
 

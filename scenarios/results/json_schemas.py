@@ -70,6 +70,7 @@ class PayloadFile(BaseModel):
 
 COMPLETE = ("DrawTable", "SourceTable")
 """Tables that an extending file must state in full."""
+SECTION = re.compile("\n\n(?:Attributes|Raises):\n")
 COMMENT = re.compile(r"^    (\w+): [^#\n]*  # (.+)$", re.MULTILINE)
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -83,7 +84,7 @@ def schema(name: str) -> dict[str, Any]:
     for title, table in [(found["title"], found), *found.get("$defs", {}).items()]:
         if title in classes:
             docs = {k: v for each in reversed(classes[title].__mro__) for k, v in _field_docs(each).items()}
-            table["description"] = cleandoc(classes[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
+            table["description"] = SECTION.split(cleandoc(classes[title].__doc__ or ""))[0]
             for key, value in table.get("properties", {}).items():
                 if key in docs:  # joints count from 1 in JSON (`scenarios.rendering.result.FromOne`)
                     value.setdefault("description", docs[key].replace("from 0", "from 1").replace("None", "null"))

@@ -161,21 +161,15 @@ class ExperimentTable(Table):
 class BeliefTable(Table):
     """Values that controller and identification assume.
 
-    Attributes:
-        controller_gain: Assumed gains that the controller divides torque by [N m / drive unit].
-        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
-            the identification model has only these, whatever the robot has.
-        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS`, of which mass, centre and inertia are taken as
-            exact, or a table in the format of payload files.
-        payloads: Further assumed payloads, by their names in the protocol.
-        known: Overrides `known` of all payloads.
+    The identification model has only these couplings, whatever the robot has. Mass, centre and inertia of a payload of
+    `rx90_mjcf.PAYLOADS` are taken as exact.
     """
 
-    controller_gain: Vector
-    couplings: tuple[tuple[int, int], ...] = ()
-    payload: Believed | None = None
-    payloads: dict[str, Believed] = Field({})
-    known: Known | None = None
+    controller_gain: Vector  # assumed gains that the controller divides torque by [N m / drive unit]
+    couplings: tuple[tuple[int, int], ...] = ()  # joints, from 1, whose second motor turns with the sum, as `[[5, 6]]`
+    payload: Believed | None = None  # the assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table as in their files
+    payloads: dict[str, Believed] = Field({})  # further assumed payloads, by their names in the protocol
+    known: Known | None = None  # overrides `known` of all payloads
 
 
 class IdentificationTable(Table):
@@ -213,24 +207,14 @@ class CostTable(Table):
 
 
 class DrawTable(Table):
-    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set."""
 
-    Attributes:
-        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
-        distribution: Name of a continuous distribution of `scipy.stats` that implements its own quantile function.
-        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
-            in order.
-        apply: Use of the drawn numbers.
-        shared: Whether one number is drawn for the whole target, instead of one per number.
-        choice: A set from which one value is drawn, instead of a distribution.
-    """
-
-    target: str | tuple[str, ...]
-    distribution: str | None = None
-    parameters: dict[str, float | Vector] = Field({})
-    apply: Literal["replace", "add", "multiply"] = "replace"
-    shared: bool = False
-    choice: tuple[str | float, ...] | None = None
+    target: str | tuple[str, ...]  # key path of the numbers in the scenario, such as `plant.gain`, or a list of paths
+    distribution: str | None = None  # continuous distribution of `scipy.stats` with a quantile function of its own
+    parameters: dict[str, float | Vector] = Field({})  # numbers, or arrays with one per number of the target, or of all targets
+    apply: Literal["replace", "add", "multiply"] = "replace"  # use of the drawn numbers
+    shared: bool = False  # whether one number is drawn for the whole target, instead of one per number
+    choice: tuple[str | float, ...] | None = None  # a set from which one value is drawn, instead of a distribution
 
     @property
     def targets(self) -> tuple[str, ...]:

@@ -207,11 +207,14 @@ class CostTable(Table):
 
 
 class DrawTable(Table):
-    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set."""
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+
+    An array among the parameters has one value per number of a target, or of all targets in order.
+    """
 
     target: str | tuple[str, ...]  # key path of the numbers in the scenario, such as `plant.gain`, or a list of paths
     distribution: str | None = None  # continuous distribution of `scipy.stats` with a quantile function of its own
-    parameters: dict[str, float | Vector] = Field({})  # numbers, or arrays with one per number of the target, or of all targets
+    parameters: dict[str, float | Vector] = Field({})  # parameters of the distribution, numbers or arrays
     apply: Literal["replace", "add", "multiply"] = "replace"  # use of the drawn numbers
     shared: bool = False  # whether one number is drawn for the whole target, instead of one per number
     choice: tuple[str | float, ...] | None = None  # a set from which one value is drawn, instead of a distribution

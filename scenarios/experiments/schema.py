@@ -19,7 +19,7 @@ import rx90_mjcf
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import INERTIA_KEYS, Payload, read_payload
+from ident.payload.payload import Payload, payload_to_table, read_payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table
@@ -82,12 +82,6 @@ def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Bod
     return {**({} if single is None else {LOADED: single}), **named}
 
 
-def _known_stream(name: str) -> str:
-    if name not in STREAMS:
-        raise PydanticCustomError("stream", "expected one of {known}", {"known": ", ".join(STREAMS)})
-    return name
-
-
 class BodyTable(Table):
     """The true payload, in the frame of the last link."""
 
@@ -107,9 +101,8 @@ class BodyTable(Table):
         if payload not in rx90_mjcf.PAYLOADS:
             it, known = f"{shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}", ", ".join(rx90_mjcf.PAYLOADS)
             raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", {"it": it, "known": known})
-        rigid = body_of(read_payload(rx90_mjcf.PAYLOADS[payload]))
-        inertia = dict(zip(INERTIA_KEYS, rigid.inertia, strict=True))
-        return cls.model_validate({"mass": rigid.mass, "com": rigid.com, "inertia": inertia})
+        stated = payload_to_table(read_payload(rx90_mjcf.PAYLOADS[payload]))
+        return cls.model_validate({key: stated[key] for key in cls.model_fields})
 
 
 def body_of(payload: Payload) -> PayloadBody:
@@ -122,7 +115,9 @@ def body_of(payload: Payload) -> PayloadBody:
 if TYPE_CHECKING:  # a name is replaced by its numbers
     Carried = BodyTable
     Believed = dict[str, object]
+    Stream = str
 else:
+    Stream = Literal[STREAMS]
     Carried = Annotated[str, AfterValidator(BodyTable.of)] | BodyTable
     Believed = Annotated[str, AfterValidator(lambda name: BodyTable.of(name).model_dump())] | dict[str, object]
 
@@ -228,9 +223,7 @@ class DrawTable(Table):
 class SourceTable(DrawTable):
     """An error source of the error budget: a drawn value as in `DrawTable`, or a noise."""
 
-    stream: Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={"enum": list(STREAMS)})] | None = (
-        Field(None, description="The noise that this source switches on, with its own random numbers")
-    )
+    stream: Stream | None = None  # the noise that this source switches on, with its own random numbers
     size: float | None = None  # size of the noise (default: the scenario's value)
     off: float | None = None  # value with this source off (default: the scenario's)
 

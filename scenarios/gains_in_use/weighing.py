@@ -164,7 +164,7 @@ class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints."""
 
     parameters: list[PayloadParameter]  # identifiable ones of the ten standard parameters
-    covariance: list[list[float]]  # total covariance of `parameters`, in order; products of their units [kg m^2, kg m, kg]
+    covariance: list[list[float]]  # total covariance of `parameters`, in products of their units [kg m^2, kg m, kg]
     body: list[Quantity]  # mass, centre and inertia about the centre, as far as identifiable
     refused: dict[str, str]  # reasons why parameters or quantities have no value, by name
     possible: bool | None  # whether the parameters are physically consistent, null if not all are known

@@ -171,7 +171,7 @@ class IdentificationTable(Table):
     """Method of identification and its options."""
 
     method: str = DEFAULT  # name of the estimator
-    options: dict[str, bool | float | str] = Field({})  # options of the method
+    options: dict[str, bool | float | str] = Field(default={})  # options of the method
     observe: ObserveOptions = ObserveOptions()  # filters and rows of the linear system
     gains: GainOptions = GainOptions()  # limits for accepting a gain
 

@@ -123,9 +123,7 @@ class PaperPayload(_Finite):
     """A payload identified with given gains."""
 
     gains: tuple[float, ...]  # gains of this case, one per joint [N m / drive unit]
-    payload: tuple[PaperParameter, ...] = Field(
-        min_length=len(INERTIAL), max_length=len(INERTIAL), description="Its ten parameters"
-    )
+    payload: tuple[PaperParameter, ...] = Field(min_length=len(INERTIAL), max_length=len(INERTIAL))  # its parameters
     fit: PaperFit  # quality of the fit
 
     def __getitem__(self, name: str) -> PaperParameter:

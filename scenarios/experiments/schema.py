@@ -190,14 +190,9 @@ class ToleranceTable(Table):
 
 
 class CostTable(Table):
-    """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values.
+    """What `belief.controller_gain` costs on a motion that is not used for identification, beside the identified gains."""
 
-    Attributes:
-        payload: Payload of one more motion, which is not used for identification; its mass is known exactly: a name of
-            `rx90_mjcf.PAYLOADS` or a table.
-    """
-
-    payload: Carried
+    payload: Carried  # its payload, whose mass is known exactly: a name of `rx90_mjcf.PAYLOADS` or a table
     mass_error: Positive = 0.02  # largest relative error of the payload's mass that passes, with the identified gains
 
 

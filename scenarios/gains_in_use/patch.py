@@ -229,10 +229,7 @@ class Patched(ResultModel):
     ros_params: str | None  # the written file of ROS 2 parameters, null for none
     changes: list[Change]  # attributes of joints, including unchanged ones
     notes: list[str]  # remarks on implausible gains
-    written: bool = Field(
-        default=True,
-        description="Whether the copy was written; a copy that does not predict better than the model needs --force",
-    )
+    written: bool = True  # whether the copy was written; one that does not predict better than the model needs --force
     against_nominal: bool = False  # whether the copy is compared with one of assumed gains, not with the model as is
     unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 

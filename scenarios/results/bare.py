@@ -52,9 +52,7 @@ FAR = 4.0
 class BareParameter(ResultModel):
     """A parameter identified from bare motions."""
 
-    parameter: str = Field(
-        validation_alias=NAME, description="Name, numbered by joint; several names if only their sum is identifiable"
-    )
+    parameter: str = Field(validation_alias=NAME)  # name, numbered by joint; several if only their sum is identifiable
     unit: str  # unit of the values
     estimate: float = Field(validation_alias=VALUE)  # estimate, in `unit`
     std: float  # standard deviation, in `unit`, including that of the gains if these are given
@@ -69,10 +67,7 @@ class BareJoint(ResultModel):
     rel_std: float | None  # relative standard deviation of the ratio, 0 for the reference joint
     predicted_rel_std: float  # predicted relative standard deviation, also for a refused ratio
     reason: str | None  # why there is no ratio, null if there is one
-    gain: float | None = Field(
-        None,
-        description="Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given",
-    )
+    gain: float | None = None  # given gain of base parameters in SI and of links [N m / drive unit]; null if not given
     off: float | None  # relative difference between this ratio and that of the given gains
     off_std: float | None  # standard deviation of `off`, with that of the given gains; relative
     predicted_rel_error: float | None = Field(
@@ -80,9 +75,7 @@ class BareJoint(ResultModel):
         description="Norm of the prediction error of its currents, each part of the motions predicted from the others, "
         "relative to that of the currents; null without rows",
     )
-    fitted_rel_error: float | None = Field(
-        None, description="Norm of the residual of a fit of all parts, relative to that of the currents"
-    )
+    fitted_rel_error: float | None = None  # norm of the residual of a fit of all parts, over that of the currents
     friction: list[BareParameter]  # friction and offset of the joint
 
 

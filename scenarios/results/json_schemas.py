@@ -57,15 +57,13 @@ class PayloadFile(BaseModel):
     """A payload as specified, in the frame of the last link."""
 
     model_config = ConfigDict(extra="forbid")
-    mass: Positive = Field(description="Mass [kg]")
-    mass_std: float = Field(0.0, ge=0.0, description="Standard deviation of the mass [kg]")
-    com: Triple | None = Field(None, description="Centre of mass [m]")
-    com_std: Triple | None = Field(None, description="Standard deviation of the centre of mass, per axis [m]")
-    inertia: InertiaTable | None = Field(
-        None, description="Inertia about the centre of mass [kg m^2]; may be omitted if `known` is `mass`"
-    )
-    inertia_std: InertiaTable | None = Field(None, description="Standard deviations of the inertia [kg m^2]")
-    known: Known = Field("all", description="What identification may use of the payload")
+    mass: Positive  # mass [kg]
+    mass_std: float = Field(0.0, ge=0.0)  # standard deviation of the mass [kg]
+    com: Triple | None = None  # centre of mass [m]
+    com_std: Triple | None = None  # standard deviation of the centre of mass, per axis [m]
+    inertia: InertiaTable | None = None  # inertia about the centre of mass [kg m^2]; unnecessary if `known` is `mass`
+    inertia_std: InertiaTable | None = None  # standard deviations of the inertia [kg m^2]
+    known: Known = "all"  # what identification may use of the payload
 
 
 COMPLETE = ("DrawTable", "SourceTable")

@@ -190,7 +190,7 @@ class ToleranceTable(Table):
 
 
 class CostTable(Table):
-    """What `belief.controller_gain` costs on a motion that is not used for identification, beside the identified gains."""
+    """Costs of `belief.controller_gain`, beside the identified gains, on a motion not used for identification."""
 
     payload: Carried  # its payload, whose mass is known exactly: a name of `rx90_mjcf.PAYLOADS` or a table
     mass_error: Positive = 0.02  # largest relative error of the payload's mass that passes, with the identified gains

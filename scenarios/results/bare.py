@@ -75,7 +75,7 @@ class BareJoint(ResultModel):
         description="Norm of the prediction error of its currents, each part of the motions predicted from the others, "
         "relative to that of the currents; null without rows",
     )
-    fitted_rel_error: float | None = None  # norm of the residual of a fit of all parts, over that of the currents
+    fitted_rel_error: float | None = None  # norm of the residual of a fit of all parts, relative to the currents'
     friction: list[BareParameter]  # friction and offset of the joint
 
 

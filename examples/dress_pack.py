@@ -34,7 +34,7 @@ class Errors(DressPack, ModelErrors):
     """All model errors there are, and one more."""
 
 
-EFFECTS["dress_pack"] = DressPack
+EFFECTS["DressPack"] = DressPack
 exp = scenarios.load("nominal")
 
 

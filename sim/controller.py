@@ -7,7 +7,6 @@ where M is the mean diagonal of the assumed inertia matrix, including rotors, al
 
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Annotated
 
 import mujoco
@@ -19,7 +18,7 @@ from ident.support.options import refuse_outside
 from sim.errors import PlantError
 from sim.model_spec import file_stamp, silenced
 from sim.plant import bare_arm
-from sim.robot import LARGEST
+from sim.robot import LARGEST, Robot
 from sim.trajectory import FourierTrajectory
 
 
@@ -50,27 +49,18 @@ class ControllerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerBelief:
-    """The controller's model of the arm, which may differ from the plant."""
+    """The controller's model of the arm: a robot with its nominal rotors, and gains that may differ from its own."""
 
-    mjcf: Path
+    robot: Robot
     gain: tuple[float, ...]  # drive gains [N m / drive unit], none zero
-    rotor_inertia: tuple[float, ...]  # Ia [kg m^2], one per joint
-    flange: str | None = None  # last body of the arm, None if all joints belong to the arm
-    transmission: tuple[tuple[float, ...], ...] | None = None  # rows of `Robot.transmission`
 
     def __post_init__(self) -> None:
-        """Refuse gains and rotor inertias that differ in number, a gain of zero, and numbers out of range."""
-        if len(self.gain) != len(self.rotor_inertia):
+        """Check the gains."""
+        if len(self.gain) != self.robot.n:
+            raise PlantError(f"controller: {len(self.gain)} gains for {self.robot.n} joints; expected one per joint")
+        if not all(0.0 < abs(gain) <= LARGEST for gain in self.gain):
             raise PlantError(
-                f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected "
-                "one per joint"
-            )
-        if not all(0.0 < abs(gain) <= LARGEST for gain in self.gain) or not all(
-            0.0 <= x <= LARGEST for x in self.rotor_inertia
-        ):
-            raise PlantError(
-                f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite "
-                f"numbers up to {LARGEST:g}, gains not zero, rotors not negative"
+                f"controller: gain {list(self.gain)}: expected finite numbers up to {LARGEST:g}, none of them zero"
             )
 
 
@@ -89,16 +79,16 @@ class Controller:
 
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
     """Tune a controller on the inertia of its model along a motion, tabulated once for batches that share it."""
-    return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
+    return _tuned(belief, trajectory, options, file_stamp(belief.robot.model))
 
 
 @lru_cache(maxsize=16)  # a motion of 20 s at 1 kHz takes 2 MB
 def _tuned(
     belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions, stamp: int
 ) -> Controller:
-    gain, rotors = (np.array(each, dtype=np.float64) for each in (belief.gain, belief.rotor_inertia))
-    A = None if belief.transmission is None else np.array(belief.transmission)
-    model = bare_arm(belief.mjcf, rotors if A is None else np.zeros_like(rotors), belief.flange)
+    gain, robot = np.array(belief.gain, dtype=np.float64), belief.robot
+    rotors, A = robot.drives.rotor_inertia, robot.motors
+    model = bare_arm(robot.model, rotors if A is None else np.zeros_like(rotors), robot.flange)
     if trajectory.n != model.nv:
         raise PlantError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz

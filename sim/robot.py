@@ -64,28 +64,18 @@ PerJoint = Annotated[Array, ValueOf(JointsTable)]
 class DriveTruth:
     """True parameters of the drives, joint side; every array has shape (n,).
 
-    Attributes:
-        gain: Joint torque per current g [N m / drive unit], force for a prismatic joint; negative if the drive is wired
-            in reverse, never zero.
-        amplifier_offset: Current references at zero torque v0 [drive units].
-        rotor_inertia: Inertias of the rotors Ia, joint side [kg m^2].
-        viscous_friction: Viscous friction Fv [N m s/rad].
-        coulomb_friction: Coulomb friction Fc [N m].
-        coulomb_asymmetry: Asymmetry of Coulomb friction between the directions Fcoff [N m].
-        current_limit: Saturation of the current reference [drive units].
-
     Raises:
         PlantError: If shapes differ, or a value is impossible.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = Table.model_config
-    gain: PerJoint
-    amplifier_offset: PerJoint
-    rotor_inertia: PerJoint
-    viscous_friction: PerJoint
-    coulomb_friction: PerJoint
-    coulomb_asymmetry: PerJoint
-    current_limit: PerJoint
+    gain: PerJoint  # torque or force per current g [N m or N / drive unit]; negative if wired in reverse, never zero
+    amplifier_offset: PerJoint  # current references at zero torque v0 [drive units]
+    rotor_inertia: PerJoint  # inertias of the rotors Ia, joint side [kg m^2]
+    viscous_friction: PerJoint  # viscous friction Fv [N m s/rad]
+    coulomb_friction: PerJoint  # Coulomb friction Fc [N m]
+    coulomb_asymmetry: PerJoint  # asymmetry of Coulomb friction between the directions Fcoff [N m]
+    current_limit: PerJoint  # saturation of the current reference [drive units]
 
     def __post_init__(self) -> None:
         """Check shapes and signs."""
@@ -105,83 +95,51 @@ class DriveTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RatedDrives(DriveTruth):
-    """Nominal drives, and their rated speeds and accelerations.
+    """Nominal drives, and their rated speeds and accelerations."""
 
-    Attributes:
-        max_velocity: Rated speeds [rad/s].
-        max_acceleration: Rated accelerations [rad/s^2].
-    """
-
-    max_velocity: PerJoint
-    max_acceleration: PerJoint
+    max_velocity: PerJoint  # rated speeds [rad/s]
+    max_acceleration: PerJoint  # rated accelerations [rad/s^2]
 
 
 class Coupling(Table):
-    """A motor that turns with the sum of two joints.
+    """A motor that turns with the sum of two joints."""
 
-    Attributes:
-        motor: The joint whose motor also turns with another joint, from 0.
-        turns_with: The other joint, from 0.
-        viscous_friction: Viscous friction of the coupling, at the sum of the speeds [N m s/rad].
-        coulomb_friction: Coulomb friction of the coupling, at the sum of the speeds [N m].
-    """
-
-    motor: Joint
-    turns_with: Joint
-    viscous_friction: Friction
-    coulomb_friction: Friction
+    motor: Joint  # the joint whose motor also turns with another joint, from 0
+    turns_with: Joint  # the other joint, from 0
+    viscous_friction: Friction  # viscous friction of the coupling, at the sum of the speeds [N m s/rad]
+    coulomb_friction: Friction  # Coulomb friction of the coupling, at the sum of the speeds [N m]
 
 
 class GravitySpring(Table):
-    """Attachment of a spring that supports a joint against gravity.
+    """Attachment of a spring that supports a joint against gravity."""
 
-    Attributes:
-        joint: The supported joint, from 0; not the last one.
-        stiffness: Stiffness of the spring [N/m].
-        prestress: Stiffness times free length [N].
-        radius: Distance of the end on the preceding link from the joint's axis [m].
-        distance: Distance of the end on the joint's own link from the axis [m].
-    """
-
-    joint: Joint
-    stiffness: Length
-    prestress: Length
-    radius: Length
-    distance: Length
+    joint: Joint  # the supported joint, from 0; not the last one
+    stiffness: Length  # stiffness of the spring [N/m]
+    prestress: Length  # stiffness times free length [N]
+    radius: Length  # distance of the end on the preceding link from the joint's axis [m]
+    distance: Length  # distance of the end on the joint's own link from the axis [m]
 
 
 class Robot(Table):
     """A robot file: an arm of n joints and its drives; robots are compared by identity.
 
-    Units are those of revolute joints; for prismatic joints N, m and kg replace N m, rad and kg m^2.
-
-    Attributes:
-        name: Name of the robot.
-        model: MJCF or URDF file, relative to this file.
-        flange: Last body of the arm, if the model has more bodies; joints outside the chain to it are locked.
-        home: Start pose [rad].
-        drives: Nominal drives.
-        coupling: Motors that turn with the sum of two joints.
-        transmission: Rows of the matrix A of motors that several joints turn, q_motor = A q, torque = A' g v; drives
-            and logs are those of the motors.
-        frames: Bodies, by the name of the distance in the model whose end they are.
-        gravity_spring: A spring that supports an axis against gravity.
-        rated_load: Largest payload mass [kg].
+    Units are those of revolute joints; for prismatic joints N, m and kg replace N m, rad and kg m^2. With a
+    transmission, torque = A' g v, and drives and logs are those of the motors.
 
     Raises:
         PlantError: If arrays differ in length, or a joint does not exist.
     """
 
-    name: Source
-    model: Path
-    flange: Source | None = None
-    home: PerJoint
-    drives: RatedDrives
-    coupling: list[Coupling] = Field([])
-    transmission: tuple[tuple[float, ...], ...] | None = None
-    frames: dict[str, str] = Field({})
-    gravity_spring: GravitySpring | None = None
-    rated_load: Length | None = None
+    name: Source  # name of the robot
+    model: Path  # MJCF or URDF file, relative to this file
+    flange: Source | None = None  # last body of the arm, if the model has more; joints outside its chain are locked
+    home: PerJoint  # start pose [rad]
+    drives: RatedDrives  # nominal drives
+    coupling: list[Coupling] = Field([])  # motors that turn with the sum of two joints
+    transmission: tuple[tuple[float, ...], ...] | None = None  # rows of A, q_motor = A q, if motors move several joints
+    frames: dict[str, str] = Field({})  # bodies, by the name of the distance in the model whose end they are
+    gravity_spring: GravitySpring | None = None  # a spring that supports an axis against gravity
+    rated_load: Length | None = None  # largest payload mass [kg]
 
     def __eq__(self, other: object) -> bool:
         """Return whether it is the same object: arrays have no hash."""

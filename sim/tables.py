@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ident.support.arrays import Array, readonly
@@ -91,9 +91,9 @@ def fault_of(error: ValidationError, above: str = "") -> str:
 class InertiaTable(Table):
     """Inertia about the centre of mass, axes of the last link [kg m^2]."""
 
-    ixx: float = Field(description="Moment about x [kg m^2]")
-    iyy: float = Field(description="Moment about y [kg m^2]")
-    izz: float = Field(description="Moment about z [kg m^2]")
-    ixy: float = Field(0.0, description="Product of x and y [kg m^2]")
-    ixz: float = Field(0.0, description="Product of x and z [kg m^2]")
-    iyz: float = Field(0.0, description="Product of y and z [kg m^2]")
+    ixx: float  # moment about x [kg m^2]
+    iyy: float  # moment about y [kg m^2]
+    izz: float  # moment about z [kg m^2]
+    ixy: float = 0.0  # product of x and y [kg m^2]
+    ixz: float = 0.0  # product of x and z [kg m^2]
+    iyz: float = 0.0  # product of y and z [kg m^2]

@@ -204,8 +204,7 @@ def _azimuth(swept: Sequence[Array]) -> float:
     """Return the viewing direction [deg] in which the arms appear widest."""
     spread = sum(np.cov(each[:, :2].T) for each in swept)
     widest = np.linalg.eigh(spread)[1][:, -1]
-    found = np.degrees(np.arctan2(widest[1], widest[0])) + 90.0
-    return float((found + 45.0) % 180.0 - 45.0 + (0.0 if (found + 45.0) % 180.0 > 90.0 else 180.0))
+    return float(225.0 - (135.0 - np.degrees(np.arctan2(widest[1], widest[0]))) % 180.0)  # across, from 45 to 225
 
 
 def _directions(azimuth: float) -> tuple[Array, Array, Array]:

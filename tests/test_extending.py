@@ -145,8 +145,8 @@ def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
     contracts = {
         "tests/ident/estimation/test_estimators.py": "heavier",
         "tests/ident/estimation/test_intervals.py": "white",
-        "tests/sim/test_effects.py": "eccentric_gear",
-        "tests/sim/test_sensors.py": "hum",
+        "tests/sim/test_effects.py": "EccentricGear",
+        "tests/sim/test_sensors.py": "Hum",
     }
     shutil.copytree(ROOT / "tests", packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", packages)

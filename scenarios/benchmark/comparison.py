@@ -50,38 +50,36 @@ MEANING = (
 class MethodJoint(ResultModel):
     """One method on one joint, over all trials; values are null without data."""
 
-    joint: int = Field(description="Joint number, from 1")
-    expected: int = Field(description="Number of trials whose data should identify the gain")
-    gains: int = Field(description="Number of trials in which the method gave a gain")
-    bias: float | None = Field(description="Mean of the relative error")
-    spread: float | None = Field(description="Standard deviation of the relative error")
-    rms: float | None = Field(description="Root mean square of the relative error")
-    p95: float | None = Field(description="95th percentile of the magnitude of the relative error")
-    cover_1: Coverage | None = Field(description="Coverage of 1 estimated standard deviation (normal: 0.683)")
-    cover_2: Coverage | None = Field(description="Coverage of 2 estimated standard deviations (normal: 0.954)")
-    claimed: float | None = Field(description="Root mean square of the estimated relative standard deviation")
+    joint: int  # joint number, from 1
+    expected: int  # number of trials whose data should identify the gain
+    gains: int  # number of trials in which the method gave a gain
+    bias: float | None  # mean of the relative error
+    spread: float | None  # standard deviation of the relative error
+    rms: float | None  # root mean square of the relative error
+    p95: float | None  # 95th percentile of the magnitude of the relative error
+    cover_1: Coverage | None  # coverage of 1 estimated standard deviation (normal: 0.683)
+    cover_2: Coverage | None  # coverage of 2 estimated standard deviations (normal: 0.954)
+    claimed: float | None  # root mean square of the estimated relative standard deviation
 
 
 class MethodSummary(ResultModel):
     """One method on one scenario."""
 
-    method: str = Field(description="Text that names the method")
-    trials: int = Field(description="Number of trials given to it")
-    wanted: int = Field(description="Number of gains that their data should identify")
-    score: float = Field(
-        description="Number of gains within 3 % minus wrong gains, as a share of `wanted`; 0 if everything is refused"
-    )
-    solved: tuple[float, ...] = Field(description="Share of the `wanted` gains within 1, 3 and 10 %")
-    refused_rightly: int = Field(description="Number of refused gains that the data do not identify")
-    refused_wrongly: int = Field(description="Number of refused gains that the data should identify, in valid answers")
+    method: str  # text that names the method
+    trials: int  # number of trials given to it
+    wanted: int  # number of gains that their data should identify
+    score: float  # number of gains within 3 % minus wrong gains, as a share of `wanted`; 0 if everything is refused
+    solved: tuple[float, ...]  # share of the `wanted` gains within 1, 3 and 10 %
+    refused_rightly: int  # number of refused gains that the data do not identify
+    refused_wrongly: int  # number of refused gains that the data should identify, in valid answers
     wrong_claims: int = Field(
         description="Number of gains with an error above both 10 % and 3 of their standard deviations; of gains that "
         "should not be identifiable, all except those with an error below both and a standard deviation below 10 %"
     )
-    wrong_signs: int = Field(description="Number of gains with the wrong sign")
-    failures: dict[str, int] = Field(description="Number of crashes, time-outs and invalid answers by kind")
-    seconds: float | None = Field(description="Median wall time of a call [s]; null without a call")
-    joints: tuple[MethodJoint, ...] = Field(description="One entry per joint")
+    wrong_signs: int  # number of gains with the wrong sign
+    failures: dict[str, int]  # number of crashes, time-outs and invalid answers by kind
+    seconds: float | None  # median wall time of a call [s]; null without a call
+    joints: tuple[MethodJoint, ...]  # one entry per joint
 
     @property
     def rms(self) -> float | None:
@@ -93,12 +91,10 @@ class MethodSummary(ResultModel):
 class ComparedScenario(ResultModel):
     """Results of methods on a scenario."""
 
-    name: str = Field(description="Name of the scenario")
-    trials: int = Field(description="Number of trials given to each method")
-    unposed: int = Field(description="Number of these trials that failed before any method was called")
-    methods: list[MethodSummary] = Field(
-        min_length=1, description="One entry per method, the best score first, then the least rms"
-    )
+    name: str  # name of the scenario
+    trials: int  # number of trials given to each method
+    unposed: int  # number of these trials that failed before any method was called
+    methods: list[MethodSummary] = Field(min_length=1)  # one entry per method, the best score first, then the least rms
 
     def parts(self) -> Iterable[Part]:
         """Scores and failures of methods, then errors and coverage by joint."""
@@ -165,10 +161,8 @@ class ComparedScenario(ResultModel):
 class Comparison(ResultModel):
     """What `rx90 compare --json` prints."""
 
-    about: dict[str, str] = Field(
-        description="What is needed to repeat the comparison: command, date, versions, external methods"
-    )
-    scenarios: list[ComparedScenario] = Field(min_length=1, description="One entry per scenario")
+    about: dict[str, str]  # what is needed to repeat the comparison: command, date, versions, external methods
+    scenarios: list[ComparedScenario] = Field(min_length=1)  # one entry per scenario
 
     @property
     def title(self) -> str:

@@ -221,20 +221,18 @@ class AnswerGain(BaseModel):
     """One joint's gain: `estimate`, and `std` if the method estimates one; null for a refused joint."""
 
     model_config = ConfigDict(extra="allow", allow_inf_nan=False)
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
-    std: float | None = Field(
-        description="Standard deviation of the gain [N m / drive unit], null if refused or not estimated"
-    )
-    identifiable: bool = Field(description="Whether there is a gain")
-    reason: str | None = Field(None, description="Why there is no gain")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    estimate: float | None  # estimated gain [N m / drive unit], null if refused
+    std: float | None  # standard deviation of the gain [N m / drive unit], null if refused or not estimated
+    identifiable: bool  # whether there is a gain
+    reason: str | None = None  # why there is no gain
 
 
 class AnswerFile(BaseModel):
     """Output of a method: one gain per joint, in order; other keys are ignored."""
 
     model_config = ConfigDict(extra="allow")
-    gains: list[AnswerGain] = Field(description="One entry per joint, in order")
+    gains: list[AnswerGain]  # one entry per joint, in order
 
 
 KINDS = {"json_invalid": "NoAnswer", "model_type": "NoAnswer", "finite_number": "NotFinite"}

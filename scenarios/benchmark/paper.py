@@ -89,46 +89,42 @@ class _Finite(ResultModel):
 class Claim(_Finite):
     """A claim of the paper."""
 
-    claim: str = Field(description="The claim")
-    holds: bool = Field(description="Whether the simulated experiment confirms it")
+    claim: str  # the claim
+    holds: bool  # whether the simulated experiment confirms it
 
 
 class PaperGain(AnswerGain):
     """The drive gain of one joint by eq. 27, with its standard deviation from the residual as in the paper."""
 
-    true: float = Field(description="Injected gain [N m / drive unit]")
+    true: float  # injected gain [N m / drive unit]
 
 
 class PaperParameter(_Finite):
     """One of the ten standard parameters of a payload, in SI units."""
 
-    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
-    true: float = Field(description="True value of the mounted payload [kg m^2, kg m, kg]")
-    estimate: float = Field(description="Estimate [kg m^2, kg m, kg]")
-    std: float = Field(description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]")
-    essential: bool = Field(description="Whether its relative standard deviation is under 10 %")
+    parameter: str  # name of the parameter: XX to ZZ, MX, MY, MZ or M
+    true: float  # true value of the mounted payload [kg m^2, kg m, kg]
+    estimate: float  # estimate [kg m^2, kg m, kg]
+    std: float  # standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]
+    essential: bool  # whether its relative standard deviation is under 10 %
 
 
 class PaperFit(_Finite):
     """Quality of the fit of a case (table 4), with the rows of each joint weighted by its own residual."""
 
-    rows: int = Field(description="Number of rows of all joints and both motions")
-    unknowns: int = Field(description="Number of estimated parameters of arm and payload")
-    error_norm: float = Field(description="Norm of the residuals, each in standard deviations of its joint's residuals")
-    rel_error_norm: float = Field(description="Ratio of this norm to the norm of the torques, weighted in the same way")
-    sigma: float = Field(
-        description="Standard deviation of the residuals, each in standard deviations of its joint's residuals"
-    )
+    rows: int  # number of rows of all joints and both motions
+    unknowns: int  # number of estimated parameters of arm and payload
+    error_norm: float  # norm of the residuals, each in standard deviations of its joint's residuals
+    rel_error_norm: float  # ratio of this norm to the norm of the torques, weighted in the same way
+    sigma: float  # standard deviation of the residuals, each in standard deviations of its joint's residuals
 
 
 class PaperPayload(_Finite):
     """A payload identified with given gains."""
 
-    gains: tuple[float, ...] = Field(description="Gains of this case, one per joint [N m / drive unit]")
-    payload: tuple[PaperParameter, ...] = Field(
-        min_length=len(INERTIAL), max_length=len(INERTIAL), description="Its ten parameters"
-    )
-    fit: PaperFit = Field(description="Quality of the fit")
+    gains: tuple[float, ...]  # gains of this case, one per joint [N m / drive unit]
+    payload: tuple[PaperParameter, ...] = Field(min_length=len(INERTIAL), max_length=len(INERTIAL))  # its parameters
+    fit: PaperFit  # quality of the fit
 
     def __getitem__(self, name: str) -> PaperParameter:
         """Return the parameter of that name."""
@@ -138,13 +134,11 @@ class PaperPayload(_Finite):
 class PaperResult(_Finite):
     """What `rx90 paper --json` prints."""
 
-    gains: tuple[PaperGain, ...] = Field(
-        description="Drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4"
-    )
-    cases: tuple[PaperPayload, ...] = Field(min_length=3, max_length=3, description="Cases 1, 2 and 3")
-    second_payload: PaperPayload = Field(description="The second payload, identified with the gains of case 2")
-    checks: tuple[Claim, ...] = Field(description="Claims of the paper")
-    passed: bool = Field(description="Whether all claims hold")
+    gains: tuple[PaperGain, ...]  # drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4
+    cases: tuple[PaperPayload, ...] = Field(min_length=3, max_length=3)  # cases 1, 2 and 3
+    second_payload: PaperPayload  # the second payload, identified with the gains of case 2
+    checks: tuple[Claim, ...]  # claims of the paper
+    passed: bool  # whether all claims hold
 
     @staticmethod
     def title(seed: int) -> str:

@@ -128,19 +128,19 @@ def payload_of(weight: Weight, flange: Flange) -> Payload:
 class DesignedJoint(ResultModel):
     """Effect of a payload on a joint."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
-    std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
-    payload_std: float | None = Field(description="The same from the payload's uncertainty, relative")
-    shown: bool = Field(description="Whether the gain is expected to be identifiable")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    payload_torque_rms: float  # rms of the joint torque that the payload causes [N m or N]
+    std: float | None  # relative standard deviation of the gain that is predicted from the residual
+    payload_std: float | None  # the same from the payload's uncertainty, relative
+    shown: bool  # whether the gain is expected to be identifiable
 
 
 class DesignedPayload(ResultModel):
     """A payload and its effect on the joints."""
 
-    payload: dict[str, object] = Field(description="The payload, with the keys of a payload file")
-    off_axis_mm: float | None = Field(description="Distance of the centre of mass from the flange's axis [mm]")
-    joints: list[DesignedJoint] = Field(description="One entry per joint, in order")
+    payload: dict[str, object]  # the payload, with the keys of a payload file
+    off_axis_mm: float | None  # distance of the centre of mass from the flange's axis [mm]
+    joints: list[DesignedJoint]  # one entry per joint, in order
 
     @property
     def worst(self) -> float:
@@ -156,10 +156,10 @@ class DesignedPayload(ResultModel):
 class DesignedWeight(DesignedPayload):
     """A designed payload and its effect on the joints."""
 
-    shape: str = Field(description="Name of the shape")
-    dimensions_mm: dict[str, float] = Field(description="Dimensions by name [mm]")
-    turned_deg: int = Field(description="Angle about the flange's axis [degrees]")
-    refusal: str | None = Field(description="Why the payload must not be mounted, null if it may be")
+    shape: str  # name of the shape
+    dimensions_mm: dict[str, float]  # dimensions by name [mm]
+    turned_deg: int  # angle about the flange's axis [degrees]
+    refusal: str | None  # why the payload must not be mounted, null if it may be
 
     @property
     def sizes(self) -> str:
@@ -171,15 +171,13 @@ class DesignedWeight(DesignedPayload):
 class PayloadDesign(ResultModel):
     """What `rx90 payload --json` prints."""
 
-    scenario: str = Field(description="Name of the scenario")
-    residual: float = Field(description="Expected standard deviation of the residual, as a share of the rms torque")
-    rated_load: float | None = Field(description="Rated load of the arm, null if its file does not state one [kg]")
-    own_is_better: bool = Field(description="Whether the scenario's own payload identifies the worst joint better")
-    flange: str | None = Field(description="Frame on which the payload is mounted, null for the last joint's axis")
-    before: DesignedPayload = Field(description="The scenario's own payload")
-    candidates: list[DesignedWeight] = Field(
-        description="The best of each shape: first the one to be manufactured, refused ones last"
-    )
+    scenario: str  # name of the scenario
+    residual: float  # expected standard deviation of the residual, as a share of the rms torque
+    rated_load: float | None  # rated load of the arm, null if its file does not state one [kg]
+    own_is_better: bool  # whether the scenario's own payload identifies the worst joint better
+    flange: str | None  # frame on which the payload is mounted, null for the last joint's axis
+    before: DesignedPayload  # the scenario's own payload
+    candidates: list[DesignedWeight]  # the best of each shape: first the one to be manufactured, refused ones last
 
     @property
     def after(self) -> DesignedWeight:

@@ -94,28 +94,26 @@ def _row(values: Iterable[float], digits: int) -> str:
 class RecordedJoint(ResultModel):
     """Motion of a joint; rad, or m for a prismatic one."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    name: str = Field(description="Name of the joint in the model")
-    start: float = Field(description="First position [rad or m]")
-    lowest: float = Field(description="Lowest position [rad or m]")
-    highest: float = Field(description="Highest position [rad or m]")
-    max_velocity: float = Field(description="Largest speed [rad/s or m/s]")
-    velocity_used: float = Field(description="Largest speed relative to the limit of the joint")
-    max_acceleration: float = Field(description="Largest acceleration [rad/s^2 or m/s^2]")
-    acceleration_used: float = Field(description="Largest acceleration relative to the limit of the joint")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    name: str  # name of the joint in the model
+    start: float  # first position [rad or m]
+    lowest: float  # lowest position [rad or m]
+    highest: float  # highest position [rad or m]
+    max_velocity: float  # largest speed [rad/s or m/s]
+    velocity_used: float  # largest speed relative to the limit of the joint
+    max_acceleration: float  # largest acceleration [rad/s^2 or m/s^2]
+    acceleration_used: float  # largest acceleration relative to the limit of the joint
 
 
 class Recorded(ResultModel):
     """What `rx90 record --json` prints."""
 
-    files: list[str] = Field(description="Files that were written")
-    kept: list[str] = Field(description="Payload files that were there, and may have measured values")
-    samples: int = Field(description="Number of samples of the motion")
-    duration_s: float = Field(description="Time from the first to the last sample [s]")
-    joints: list[RecordedJoint] = Field(description="One entry per joint, in order")
-    beyond_limits: list[str] = Field(
-        description="Limits of the arm that the motion exceeds, in words, one entry per joint and limit"
-    )
+    files: list[str]  # files that were written
+    kept: list[str]  # payload files that were there, and may have measured values
+    samples: int  # number of samples of the motion
+    duration_s: float  # time from the first to the last sample [s]
+    joints: list[RecordedJoint]  # one entry per joint, in order
+    beyond_limits: list[str]  # limits of the arm that the motion exceeds, in words, one entry per joint and limit
 
     transmission: list[list[float]] | None = Field(
         description="Ratios A of motors that several joints turn: the motion is that of the motors, q_motor = A q"

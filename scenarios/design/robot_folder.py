@@ -33,33 +33,33 @@ Passed once, joint 1 of the RX-90 moves so slowly that the predicted deviation o
 class NewJoint(ResultModel):
     """Limits of a joint; in rad and N m, or in m and N for a prismatic one."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    kind: str = Field(description="revolute or prismatic")
-    lower: float | None = Field(description="Lower end of the range [rad or m], null if unlimited")
-    upper: float | None = Field(description="Upper end of the range [rad or m], null if unlimited")
-    torque: float = Field(description="Largest torque [N m or N]")
-    torque_assumed: bool = Field(description="Whether the torque is assumed")
-    speed: float = Field(description="Largest speed [rad/s or m/s]")
-    speed_assumed: bool = Field(description="Whether the speed is assumed")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    kind: str  # revolute or prismatic
+    lower: float | None  # lower end of the range [rad or m], null if unlimited
+    upper: float | None  # upper end of the range [rad or m], null if unlimited
+    torque: float  # largest torque [N m or N]
+    torque_assumed: bool  # whether the torque is assumed
+    speed: float  # largest speed [rad/s or m/s]
+    speed_assumed: bool  # whether the speed is assumed
 
 
 class NewRobotResult(ResultModel):
     """What `rx90 new-robot --json` prints."""
 
-    robot: str = Field(description="Name of the robot")
-    joints: list[str] = Field(description="Names of the joints, in order")
-    limits: list[NewJoint] = Field(description="Limits of the joints, in order")
+    robot: str  # name of the robot
+    joints: list[str]  # names of the joints, in order
+    limits: list[NewJoint]  # limits of the joints, in order
     predicted_rel_std: list[float] = Field(
         description="Predicted relative standard deviation of each gain with the motion found, for residuals of 2 % of "
         "the torque"
     )
-    identifiable: list[bool] = Field(description="Whether the scenario that was written requires each joint's gain")
-    files: list[str] = Field(description="Files that were written")
-    payload_mass: float = Field(description="Mass of the scenario's payload [kg]")
-    payload_com: list[float] = Field(description="Its centre of mass in the frame of the last link [m]")
-    payload_source: str = Field(description="Origin of the payload")
-    payload_warning: str | None = Field(description="Why it may be too heavy, null if nothing suggests it")
-    remarks: list[str] = Field(description="Remarks on the arm, its home pose and its file")
+    identifiable: list[bool]  # whether the scenario that was written requires each joint's gain
+    files: list[str]  # files that were written
+    payload_mass: float  # mass of the scenario's payload [kg]
+    payload_com: list[float]  # its centre of mass in the frame of the last link [m]
+    payload_source: str  # origin of the payload
+    payload_warning: str | None  # why it may be too heavy, null if nothing suggests it
+    remarks: list[str]  # remarks on the arm, its home pose and its file
 
     def parts(self) -> Iterator[Part]:
         """Return verdict, joints with marks of assumed limits, payload, remarks, next command."""

@@ -174,12 +174,10 @@ class Found:
 class Searched(ResultModel):
     """What `rx90 excite --json` prints."""
 
-    out: str = Field(description="The motion file that was written")
-    tried: int = Field(description="Number of motions")
-    cost_of_start: float = Field(description="Cost of the initial motion of the search, a logarithm as `cost`")
-    cost: float = Field(
-        description="Cost that the search minimises: mainly the logarithm of the largest relative standard deviation"
-    )
+    out: str  # the motion file that was written
+    tried: int  # number of motions
+    cost_of_start: float  # cost of the initial motion of the search, a logarithm as `cost`
+    cost: float  # cost that the search minimises: mainly the logarithm of the largest relative standard deviation
     predicted_rel_std: list[float | None] = Field(
         description="Relative standard deviation of each gain, null if the motion does not determine the gain"
     )

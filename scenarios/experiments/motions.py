@@ -29,10 +29,10 @@ Row = Annotated[list[Coefficient], Field(min_length=1)]
 class MotionFile(Table):
     """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row per joint."""
 
-    duration: float = Field(gt=0.0, le=LONGEST, description="Duration of one period [s]")
-    center: Row = Field(description="Mean position [rad]")
-    sine: list[Row] = Field(description="Coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
-    cosine: list[Row] = Field(description="Coefficients of cos(2 pi k t / duration) [rad]")
+    duration: float = Field(gt=0.0, le=LONGEST)  # duration of one period [s]
+    center: Row  # mean position [rad]
+    sine: list[Row]  # coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]
+    cosine: list[Row]  # coefficients of cos(2 pi k t / duration) [rad]
 
 
 @lru_cache(maxsize=32)

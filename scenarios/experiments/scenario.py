@@ -250,13 +250,7 @@ def setup_of(scenario: Scenario) -> Setup:
         raise WrongValue(f"{scenario.name}: {MOTION}: {error}") from error
     if motion.n != n:
         raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
-    belief = ControllerBelief(
-        mjcf=plant.robot.model,
-        gain=table.belief.controller_gain,
-        rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
-        flange=plant.robot.flange,
-        transmission=plant.robot.transmission,
-    )
+    belief = ControllerBelief(robot=plant.robot, gain=table.belief.controller_gain)
     stated = {name: getattr(table.experiment, name) for name in ("controller", "sensors", "step", "warm_up", "pause")}
     experiments = tuple(
         Experiment(

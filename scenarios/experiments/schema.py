@@ -19,7 +19,7 @@ import rx90_mjcf
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import INERTIA_KEYS, Payload, read_payload
+from ident.payload.payload import Payload, payload_to_table, read_payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table
@@ -82,18 +82,12 @@ def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Bod
     return {**({} if single is None else {LOADED: single}), **named}
 
 
-def _known_stream(name: str) -> str:
-    if name not in STREAMS:
-        raise PydanticCustomError("stream", "expected one of {known}", {"known": ", ".join(STREAMS)})
-    return name
-
-
 class BodyTable(Table):
     """The true payload, in the frame of the last link."""
 
-    mass: Positive = Field(description="Its mass [kg]")
-    com: Triple = Field(description="Its centre of mass [m]")
-    inertia: InertiaTable = Field(description="About the centre of mass [kg m^2]")
+    mass: Positive  # its mass [kg]
+    com: Triple  # its centre of mass [m]
+    inertia: InertiaTable  # about the centre of mass [kg m^2]
 
     @property
     def body(self) -> PayloadBody:
@@ -107,9 +101,8 @@ class BodyTable(Table):
         if payload not in rx90_mjcf.PAYLOADS:
             it, known = f"{shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}", ", ".join(rx90_mjcf.PAYLOADS)
             raise PydanticCustomError("payload", "unknown payload {it}; known: {known}", {"it": it, "known": known})
-        rigid = body_of(read_payload(rx90_mjcf.PAYLOADS[payload]))
-        inertia = dict(zip(INERTIA_KEYS, rigid.inertia, strict=True))
-        return cls.model_validate({"mass": rigid.mass, "com": rigid.com, "inertia": inertia})
+        stated = payload_to_table(read_payload(rx90_mjcf.PAYLOADS[payload]))
+        return cls.model_validate({key: stated[key] for key in cls.model_fields})
 
 
 def body_of(payload: Payload) -> PayloadBody:
@@ -122,7 +115,9 @@ def body_of(payload: Payload) -> PayloadBody:
 if TYPE_CHECKING:  # a name is replaced by its numbers
     Carried = BodyTable
     Believed = dict[str, object]
+    Stream = str
 else:
+    Stream = Literal[STREAMS]
     Carried = Annotated[str, AfterValidator(BodyTable.of)] | BodyTable
     Believed = Annotated[str, AfterValidator(lambda name: BodyTable.of(name).model_dump())] | dict[str, object]
 
@@ -130,22 +125,16 @@ else:
 class PlantTable(Table):
     """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
 
-    payload: Carried | None = Field(
-        None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
-    )
-    payloads: dict[str, Carried] = Field({}, description="Further payloads, by their names in the protocol")
-    gain: Vector | None = Field(
-        None, description="Drive gains [N m / drive unit], [N / drive unit] for prismatic joints"
-    )
-    amplifier_offset: Vector | None = Field(None, description="Current references at zero torque [drive units]")
-    rotor_inertia: Vector | None = Field(None, description="Inertias of the rotors, joint side [kg m^2]")
-    viscous_friction: Vector | None = Field(None, description="Viscous friction [N m s/rad]")
-    coulomb_friction: Vector | None = Field(None, description="Coulomb friction [N m]")
-    coulomb_asymmetry: Vector | None = Field(
-        None, description="Asymmetry of Coulomb friction between the directions [N m]"
-    )
-    current_limit: Vector | None = Field(None, description="Saturation of the current reference [drive units]")
-    errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
+    payload: Carried | None = None  # the payload of `loaded` motions: a name of `rx90_mjcf.PAYLOADS` or a table
+    payloads: dict[str, Carried] = Field({})  # further payloads, by their names in the protocol
+    gain: Vector | None = None  # drive gains [N m / drive unit], [N / drive unit] for prismatic joints
+    amplifier_offset: Vector | None = None  # current references at zero torque [drive units]
+    rotor_inertia: Vector | None = None  # inertias of the rotors, joint side [kg m^2]
+    viscous_friction: Vector | None = None  # viscous friction [N m s/rad]
+    coulomb_friction: Vector | None = None  # Coulomb friction [N m]
+    coulomb_asymmetry: Vector | None = None  # asymmetry of Coulomb friction between the directions [N m]
+    current_limit: Vector | None = None  # saturation of the current reference [drive units]
+    errors: ModelErrors = ModelErrors()  # effects of the robot that the identification model lacks
 
 
 class ExperimentTable(Table):
@@ -155,44 +144,36 @@ class ExperimentTable(Table):
     independent noise, and friction may drift between motions. Drives that warm up stay warm.
     """
 
-    motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
-    protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
-    warm_up: Seconds = Field(
-        0.0, description="Duration of the warm-up, in which the robot repeats the first motion with a bare flange [s]"
-    )
-    pause: Seconds = Field(0.0, description="Rest before each motion but the first, brakes on [s]")
-    step: Positive = Field(description="Step of the physics [s]")
-    controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
-    sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
+    motion: str  # name of a built-in motion, or a motion file in the scenario's folder
+    protocol: tuple[str, ...] = PAIR  # the payload of each motion, or bare
+    warm_up: Seconds = 0.0  # duration of the warm-up: the robot repeats the first motion with a bare flange [s]
+    pause: Seconds = 0.0  # rest before each motion but the first, brakes on [s]
+    step: Positive  # step of the physics [s]
+    controller: ControllerOptions = ControllerOptions()  # the digital controller
+    sensors: SensorOptions = SensorOptions()  # encoders, current sensors and clocks
 
 
 class BeliefTable(Table):
     """Values that controller and identification assume.
 
-    Attributes:
-        controller_gain: Assumed gains that the controller divides torque by [N m / drive unit].
-        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
-            the identification model has only these, whatever the robot has.
-        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS`, of which mass, centre and inertia are taken as
-            exact, or a table in the format of payload files.
-        payloads: Further assumed payloads, by their names in the protocol.
-        known: Overrides `known` of all payloads.
+    The identification model has only these couplings, whatever the robot has. Mass, centre and inertia of a payload of
+    `rx90_mjcf.PAYLOADS` are taken as exact.
     """
 
-    controller_gain: Vector
-    couplings: tuple[tuple[int, int], ...] = ()
-    payload: Believed | None = None
-    payloads: dict[str, Believed] = Field({})
-    known: Known | None = None
+    controller_gain: Vector  # assumed gains that the controller divides torque by [N m / drive unit]
+    couplings: tuple[tuple[int, int], ...] = ()  # joints, from 1, whose second motor turns with the sum, as `[[5, 6]]`
+    payload: Believed | None = None  # the assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table as in their files
+    payloads: dict[str, Believed] = Field({})  # further assumed payloads, by their names in the protocol
+    known: Known | None = None  # overrides `known` of all payloads
 
 
 class IdentificationTable(Table):
     """Method of identification and its options."""
 
-    method: str = Field(default=DEFAULT, description="Name of the estimator")
-    options: dict[str, bool | float | str] = Field(default={}, description="Options of the method")
-    observe: ObserveOptions = Field(default=ObserveOptions(), description="Filters and rows of the linear system")
-    gains: GainOptions = Field(default=GainOptions(), description="Limits for accepting a gain")
+    method: str = DEFAULT  # name of the estimator
+    options: dict[str, bool | float | str] = Field(default={})  # options of the method
+    observe: ObserveOptions = ObserveOptions()  # filters and rows of the linear system
+    gains: GainOptions = GainOptions()  # limits for accepting a gain
 
     @property
     def method_options(self) -> object:
@@ -203,46 +184,30 @@ class IdentificationTable(Table):
 class ToleranceTable(Table):
     """Criteria for passing."""
 
-    gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
-    identifiable: tuple[bool, ...] = Field(description="Joints whose gains should be identifiable")
-    pass_rate: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
-        0.95, description="Share of the trials of a study in which each joint must pass"
-    )
+    gain: tuple[Positive, ...]  # largest relative error of each gain that passes
+    identifiable: tuple[bool, ...]  # joints whose gains should be identifiable
+    pass_rate: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.95  # share of a study's trials that each joint must pass
 
 
 class CostTable(Table):
-    """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values."""
+    """Costs of `belief.controller_gain`, beside the identified gains, on a motion not used for identification."""
 
-    payload: Carried = Field(
-        description=(
-            "Payload of one more motion, which is not used for identification; its mass is known exactly: a name of "
-            "`rx90_mjcf.PAYLOADS` or a table"
-        )
-    )
-    mass_error: Positive = Field(
-        0.02, description="Largest relative error of the payload's mass that passes, with the identified gains"
-    )
+    payload: Carried  # its payload, whose mass is known exactly: a name of `rx90_mjcf.PAYLOADS` or a table
+    mass_error: Positive = 0.02  # largest relative error of the payload's mass that passes, with the identified gains
 
 
 class DrawTable(Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
-    Attributes:
-        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
-        distribution: Name of a continuous distribution of `scipy.stats` that implements its own quantile function.
-        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
-            in order.
-        apply: Use of the drawn numbers.
-        shared: Whether one number is drawn for the whole target, instead of one per number.
-        choice: A set from which one value is drawn, instead of a distribution.
+    An array among the parameters has one value per number of a target, or of all targets in order.
     """
 
-    target: str | tuple[str, ...]
-    distribution: str | None = None
-    parameters: dict[str, float | Vector] = Field({})
-    apply: Literal["replace", "add", "multiply"] = "replace"
-    shared: bool = False
-    choice: tuple[str | float, ...] | None = None
+    target: str | tuple[str, ...]  # key path of the numbers in the scenario, such as `plant.gain`, or a list of paths
+    distribution: str | None = None  # continuous distribution of `scipy.stats` with a quantile function of its own
+    parameters: dict[str, float | Vector] = Field({})  # parameters of the distribution, numbers or arrays
+    apply: Literal["replace", "add", "multiply"] = "replace"  # use of the drawn numbers
+    shared: bool = False  # whether one number is drawn for the whole target, instead of one per number
+    choice: tuple[str | float, ...] | None = None  # a set from which one value is drawn, instead of a distribution
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -253,35 +218,24 @@ class DrawTable(Table):
 class SourceTable(DrawTable):
     """An error source of the error budget: a drawn value as in `DrawTable`, or a noise."""
 
-    stream: Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={"enum": list(STREAMS)})] | None = (
-        Field(None, description="The noise that this source switches on, with its own random numbers")
-    )
-    size: float | None = Field(None, description="Size of the noise (default: the scenario's value)")
-    off: float | None = Field(None, description="Value with this source off (default: the scenario's)")
+    stream: Stream | None = None  # the noise that this source switches on, with its own random numbers
+    size: float | None = None  # size of the noise (default: the scenario's value)
+    off: float | None = None  # value with this source off (default: the scenario's)
 
 
 class ScenarioTable(Table):
     """A scenario file after `extends` is resolved."""
 
-    description: str = Field(description="One line for `rx90 list`")
-    robot: str = Field(
-        ROBOT, description="Name of a built-in robot, or path of a robot file relative to the scenario's folder"
-    )
-    plant: PlantTable = Field(description="The true robot")
-    experiment: ExperimentTable = Field(description="The motions, controller and sensors")
-    belief: BeliefTable = Field(description="Values that controller and identification assume")
-    identification: IdentificationTable = Field(IdentificationTable(), description="How gains are identified")
-    tolerance: ToleranceTable = Field(description="Criteria for passing")
-    cost: CostTable | None = Field(
-        None,
-        description="If specified, single runs (not studies) also estimate the effect of belief.controller_gain",
-    )
-    random: dict[str, DrawTable] = Field(
-        {}, description="Random values of every trial of a study, by names of your choice"
-    )
-    sources: dict[str, SourceTable] = Field(
-        {}, description="Error sources of the error budget, by names of your choice"
-    )
+    description: str  # one line for `rx90 list`
+    robot: str = ROBOT  # name of a built-in robot, or path of a robot file relative to the scenario's folder
+    plant: PlantTable  # the true robot
+    experiment: ExperimentTable  # the motions, controller and sensors
+    belief: BeliefTable  # values that controller and identification assume
+    identification: IdentificationTable = IdentificationTable()  # how gains are identified
+    tolerance: ToleranceTable  # criteria for passing
+    cost: CostTable | None = None  # if stated, single runs (not studies) also estimate what controller_gain costs
+    random: dict[str, DrawTable] = Field({})  # random values of every trial of a study, by names of your choice
+    sources: dict[str, SourceTable] = Field({})  # error sources of the error budget, by names of your choice
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 from scipy import stats
 
 from ident.support.arrays import Array, Mask
@@ -35,30 +35,23 @@ class JointStatistics(BaseModel):
     """One joint over all trials of a study; values are null if no trial gave a gain."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
-    joint: int = Field(description="Joint number, from 1")
-    trials: int = Field(description="Number of trials of the study")
-    failed: int = Field(description="Number of trials without any estimate")
-    refused: int = Field(description="Number of trials with an estimate but without a gain for this joint")
-    bias: float | None = Field(description="Mean relative error")
-    bias_std: float | None = Field(description="Standard deviation of `bias`, relative to the gain")
-    spread: float | None = Field(description="Standard deviation of the relative error")
-    p95: float | None = Field(description="95th percentile of the magnitude of the relative error")
-    claimed: float | None = Field(description="Root mean square of the estimated relative standard deviation")
-    cover_1: float | None = Field(
-        description="Share of gains with an error below 1 estimated standard deviation (normal: 0.683)"
-    )
-    cover_2: float | None = Field(
-        description="Share of gains with an error below 2 estimated standard deviations (normal: 0.954)"
-    )
-    pass_rate: float = Field(description="Share of trials that passed; a failed trial did not pass")
-    pass_low: float = Field(description="Lower end of the 95 % interval of that share (Clopper and Pearson)")
-    pass_high: float = Field(description="Upper end of the interval of the share of passes")
-    wanted: float = Field(description="Share of passes that the scenario requires")
-    allowed: int = Field(description="Largest number of misses that is compatible with it")
-    held: bool = Field(
-        description="Whether the trials are compatible with that pass rate; for too few trials to test it, whether all "
-        "passed"
-    )
+    joint: int  # joint number, from 1
+    trials: int  # number of trials of the study
+    failed: int  # number of trials without any estimate
+    refused: int  # number of trials with an estimate but without a gain for this joint
+    bias: float | None  # mean relative error
+    bias_std: float | None  # standard deviation of `bias`, relative to the gain
+    spread: float | None  # standard deviation of the relative error
+    p95: float | None  # 95th percentile of the magnitude of the relative error
+    claimed: float | None  # root mean square of the estimated relative standard deviation
+    cover_1: float | None  # share of gains with an error below 1 estimated standard deviation (normal: 0.683)
+    cover_2: float | None  # share of gains with an error below 2 estimated standard deviations (normal: 0.954)
+    pass_rate: float  # share of trials that passed; a failed trial did not pass
+    pass_low: float  # lower end of the 95 % interval of that share (Clopper and Pearson)
+    pass_high: float  # upper end of the interval of the share of passes
+    wanted: float  # share of passes that the scenario requires
+    allowed: int  # largest number of misses that is compatible with it
+    held: bool  # whether the trials are compatible with that rate; if too few to test it, whether all passed
 
     @property
     def passed(self) -> int:

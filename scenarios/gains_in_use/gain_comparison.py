@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from pydantic import Field
 
 import ident.estimation.gain_comparison as gain_comparison
 from ident.diagnosis.diagnosis import two_digits
@@ -33,15 +32,15 @@ class MovedJoint(Moved):
 class GainComparison(ResultModel):
     """What `rx90 verify A.toml B.toml --json` prints."""
 
-    moved: bool = Field(description="Whether a change is significant, of a joint or of all together")
-    joints: list[FromOne[MovedJoint]] = Field(description="Joints with a gain in both files")
-    scale: Moved = Field(description="Change common to most joints, or the mean if no majority has a common one")
-    scale_joints: list[int] = Field(description="Joints with the common change; empty if these are not a majority")
-    together: Together = Field(description="Chi-squared test of no change of any joint")
-    pattern: Together | None = Field(description="As `together`, of one change common to all; null for a single joint")
-    missing: list[dict[str, int | str]] = Field(description="Joints with a gain in one file only")
-    limit: float = Field(description="Number of standard deviations beyond which a joint's change is significant")
-    shared: list[str] = Field(description="Recordings from which both files were identified, with correlated errors")
+    moved: bool  # whether a change is significant, of a joint or of all together
+    joints: list[FromOne[MovedJoint]]  # joints with a gain in both files
+    scale: Moved  # change common to most joints, or the mean if no majority has a common one
+    scale_joints: list[int]  # joints with the common change; empty if these are not a majority
+    together: Together  # chi-squared test of no change of any joint
+    pattern: Together | None  # as `together`, of one change common to all; null for a single joint
+    missing: list[dict[str, int | str]]  # joints with a gain in one file only
+    limit: float  # number of standard deviations beyond which a joint's change is significant
+    shared: list[str]  # recordings from which both files were identified, with correlated errors
 
     @classmethod
     def of(cls, found: gain_comparison.GainComparison, A: GainsFile, B: GainsFile) -> "GainComparison":

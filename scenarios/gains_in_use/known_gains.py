@@ -233,12 +233,12 @@ OF_MOTORS = "torques are those of the motors; those of the joints are A' times t
 class TorqueJoint(ResultModel):
     """Torque of a joint, or force if it slides."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    name: str = Field(description="Name of the joint, empty if the gains have none")
-    unit: str = Field(description="Unit of the values")
-    rms: float = Field(description="Root mean square, in `unit`")
-    peak: float = Field(description="Largest magnitude, in `unit`")
-    peak_std: float = Field(description="Standard deviation of the peak from that of the gain, in `unit`")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    name: str  # name of the joint, empty if the gains have none
+    unit: str  # unit of the values
+    rms: float  # root mean square, in `unit`
+    peak: float  # largest magnitude, in `unit`
+    peak_std: float  # standard deviation of the peak from that of the gain, in `unit`
 
     @property
     def precision(self) -> float:
@@ -249,12 +249,12 @@ class TorqueJoint(ResultModel):
 class Torques(ResultModel):
     """What `rx90 torque --json` prints."""
 
-    out: str = Field(description="The written file")
-    samples: int = Field(description="Number of samples, and of rows of the file")
-    missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
-    notes: list[str] = Field(description="Remarks on gains and currents")
-    robot: str | None = Field(None, description="Robot of the gains, null if unknown")
-    torques: list[TorqueJoint] = Field(description="Torques of the joints that have columns")
+    out: str  # the written file
+    samples: int  # number of samples, and of rows of the file
+    missing: list[dict[str, int | str]]  # joints without columns, with the reason
+    notes: list[str]  # remarks on gains and currents
+    robot: str | None = None  # robot of the gains, null if unknown
+    torques: list[TorqueJoint]  # torques of the joints that have columns
 
     @classmethod
     def of(cls, found: JointTorque, file: GainsFile, out: Path, remarks: Sequence[str] = ()) -> "Torques":

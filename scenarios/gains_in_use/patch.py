@@ -225,17 +225,12 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
 class Patched(ResultModel):
     """What `rx90 patch --json` prints."""
 
-    out: str = Field(description="The written model")
-    ros_params: str | None = Field(description="The written file of ROS 2 parameters, null for none")
-    changes: list[Change] = Field(description="Attributes of joints, including unchanged ones")
-    notes: list[str] = Field(description="Remarks on implausible gains")
-    written: bool = Field(
-        default=True,
-        description="Whether the copy was written; a copy that does not predict better than the model needs --force",
-    )
-    against_nominal: bool = Field(
-        default=False, description="Whether the copy is compared with one of assumed gains, not with the model as is"
-    )
+    out: str  # the written model
+    ros_params: str | None  # the written file of ROS 2 parameters, null for none
+    changes: list[Change]  # attributes of joints, including unchanged ones
+    notes: list[str]  # remarks on implausible gains
+    written: bool = True  # whether the copy was written; one that does not predict better than the model needs --force
+    against_nominal: bool = False  # whether the copy is compared with one of assumed gains, not with the model as is
     unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 
     def parts(self) -> list[Part]:

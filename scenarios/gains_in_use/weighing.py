@@ -29,12 +29,12 @@ VERDICTS = {
 class _Estimate(ResultModel):
     """An estimate of `ident` with the contributions to its standard deviation."""
 
-    std: float = Field(description="Standard deviation, in `unit`")
-    residual_std: float = Field(description="Contribution of the residuals to `std`, in `unit`")
-    gain_std: float = Field(description="Contribution of the gains' standard deviations to `std`, in `unit`")
-    model_std: float = Field(description="Contribution of the model's assumptions to `std`, in `unit`")
-    unit: str = Field(description="Unit of the values")
-    estimate: float = Field(validation_alias=VALUE, description="Estimate, in `unit`")
+    std: float  # standard deviation, in `unit`
+    residual_std: float  # contribution of the residuals to `std`, in `unit`
+    gain_std: float  # contribution of the gains' standard deviations to `std`, in `unit`
+    model_std: float  # contribution of the model's assumptions to `std`, in `unit`
+    unit: str  # unit of the values
+    estimate: float = Field(validation_alias=VALUE)  # estimate, in `unit`
 
 
 class Quantity(_Estimate):
@@ -49,7 +49,7 @@ class Quantity(_Estimate):
 class PayloadParameter(_Estimate):
     """A standard parameter at the origin of the last frame."""
 
-    parameter: str = Field(validation_alias=NAME, description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    parameter: str = Field(validation_alias=NAME)  # name of the parameter: XX to ZZ, MX, MY, MZ or M
 
 
 class Verification(DiagnosedResult):
@@ -59,14 +59,14 @@ class Verification(DiagnosedResult):
         description="Whether the mass from all joints agrees with the weighed one, that of no joint differs, and a "
         "motion that was not used in any fit is predicted better than with other gains, if both are given"
     )
-    mass: float = Field(description="Weighed mass [kg]")
-    mass_std: float = Field(description="Standard deviation of the weighed mass [kg]")
-    limit: float = Field(description="Number of standard deviations beyond which a mass differs significantly")
-    together: FromOne[Weighed] = Field(description="Mass from all joints")
-    joints: list[FromOne[Weighed]] = Field(description="Mass from each joint alone, in order")
-    payload: list[Quantity] = Field(description="Identifiable values of the payload: mass, centre and inertia")
-    common: FromOne[CommonError] | None = Field(description="Error of the mass that joints have in common, or null")
-    notes: list[str] = Field(description="What the method selected, and remarks")
+    mass: float  # weighed mass [kg]
+    mass_std: float  # standard deviation of the weighed mass [kg]
+    limit: float  # number of standard deviations beyond which a mass differs significantly
+    together: FromOne[Weighed]  # mass from all joints
+    joints: list[FromOne[Weighed]]  # mass from each joint alone, in order
+    payload: list[Quantity]  # identifiable values of the payload: mass, centre and inertia
+    common: FromOne[CommonError] | None  # error of the mass that joints have in common, or null
+    notes: list[str]  # what the method selected, and remarks
     unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 
     @classmethod
@@ -163,19 +163,15 @@ def _error(of: Weighed | CommonError | Departure) -> str:
 class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints."""
 
-    parameters: list[PayloadParameter] = Field(description="Identifiable ones of the ten standard parameters")
-    covariance: list[list[float]] = Field(
-        description="Total covariance of `parameters`, in order and in products of their units [kg m^2, kg m, kg]"
-    )
-    body: list[Quantity] = Field(description="Mass, centre and inertia about the centre, as far as identifiable")
-    refused: dict[str, str] = Field(description="Reasons why parameters or quantities have no value, by name")
-    possible: bool | None = Field(
-        description="Whether the parameters are physically consistent, null if not all are known"
-    )
+    parameters: list[PayloadParameter]  # identifiable ones of the ten standard parameters
+    covariance: list[list[float]]  # total covariance of `parameters`, in products of their units [kg m^2, kg m, kg]
+    body: list[Quantity]  # mass, centre and inertia about the centre, as far as identifiable
+    refused: dict[str, str]  # reasons why parameters or quantities have no value, by name
+    possible: bool | None  # whether the parameters are physically consistent, null if not all are known
     joints: list[FromOne[Weighed]] = Field(
         description="Mass from each joint alone compared with that from all; empty if the latter is not significant"
     )
-    notes: list[str] = Field(description="What the method selected, and remarks")
+    notes: list[str]  # what the method selected, and remarks
 
     @classmethod
     def of(cls, found: payload.FoundPayload, joints: Sequence[Weighed], diagnosed: Diagnosed) -> "FoundPayload":

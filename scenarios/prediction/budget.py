@@ -148,9 +148,9 @@ class Predictor:
 class Cost(ResultModel):
     """Relative error of a gain from one source."""
 
-    source: str = Field(description="Name of the source or scenario")
-    bias: float = Field(description="Mean of the relative error of the gain")
-    std: float = Field(description="Standard deviation of the relative error of the gain")
+    source: str  # name of the source or scenario
+    bias: float  # mean of the relative error of the gain
+    std: float  # standard deviation of the relative error of the gain
 
     @property
     def rms(self) -> float:
@@ -161,26 +161,24 @@ class Cost(ResultModel):
 class PredictedBudgetJoint(ResultModel):
     """Budget of one joint."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    costs: list[Cost] = Field(description="One entry per source, sorted by the largest rms on any joint")
-    together: Cost = Field(description="All sources together: sums of the signed biases and of the variances")
-    tolerance: float = Field(description="Largest relative error that passes")
-    within: float = Field(description="Probability that the error is within the tolerance")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    costs: list[Cost]  # one entry per source, sorted by the largest rms on any joint
+    together: Cost  # all sources together: sums of the signed biases and of the variances
+    tolerance: float  # largest relative error that passes
+    within: float  # probability that the error is within the tolerance
 
 
 class PredictedBudget(ResultModel):
     """What `rx90 predict --json` prints."""
 
-    scenario: str = Field(description="Name of the source or scenario")
-    method: str = Field(description="Name of the estimator")
-    remarks: list[str] = Field(description="Assumptions of the model")
-    joints: list[PredictedBudgetJoint] = Field(description="Joints whose gain the scenario requires and that have one")
-    refused: list[dict[str, int | str]] = Field(
-        description="Joints whose gain the scenario requires and that have none, with the reason"
-    )
-    unpredicted: list[dict[str, str]] = Field(description="Sources without a prediction, with the reason")
-    excluded: list[FromOne[Exclusion]] = Field(description="Faults that logs of these motions will exclude")
-    untold: list[str] = Field(description="Faults that logs of these motions cannot reveal")
+    scenario: str  # name of the source or scenario
+    method: str  # name of the estimator
+    remarks: list[str]  # assumptions of the model
+    joints: list[PredictedBudgetJoint]  # joints whose gain the scenario requires and that have one
+    refused: list[dict[str, int | str]]  # joints whose gain the scenario requires and that have none, with the reason
+    unpredicted: list[dict[str, str]]  # sources without a prediction, with the reason
+    excluded: list[FromOne[Exclusion]]  # faults that logs of these motions will exclude
+    untold: list[str]  # faults that logs of these motions cannot reveal
 
     @property
     def title(self) -> str:

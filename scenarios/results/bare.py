@@ -52,57 +52,48 @@ FAR = 4.0
 class BareParameter(ResultModel):
     """A parameter identified from bare motions."""
 
-    parameter: str = Field(
-        validation_alias=NAME, description="Name, numbered by joint; several names if only their sum is identifiable"
-    )
-    unit: str = Field(description="Unit of the values")
-    estimate: float = Field(validation_alias=VALUE, description="Estimate, in `unit`")
-    std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
+    parameter: str = Field(validation_alias=NAME)  # name, numbered by joint; several if only their sum is identifiable
+    unit: str  # unit of the values
+    estimate: float = Field(validation_alias=VALUE)  # estimate, in `unit`
+    std: float  # standard deviation, in `unit`, including that of the gains if these are given
 
 
 class BareJoint(ResultModel):
     """A joint's gain over that of the reference joint, and its friction in drive units."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    name: str = Field(description="Name of the joint in the robot's model")
-    ratio: float | None = Field(
-        description="Ratio of its gain to that of the reference joint; null if not identifiable"
-    )
-    rel_std: float | None = Field(description="Relative standard deviation of the ratio, 0 for the reference joint")
-    predicted_rel_std: float = Field(description="Predicted relative standard deviation, also for a refused ratio")
-    reason: str | None = Field(description="Why there is no ratio, null if there is one")
-    gain: float | None = Field(
-        None,
-        description="Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given",
-    )
-    off: float | None = Field(description="Relative difference between this ratio and that of the given gains")
-    off_std: float | None = Field(description="Standard deviation of `off`, with that of the given gains; relative")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    name: str  # name of the joint in the robot's model
+    ratio: float | None  # ratio of its gain to that of the reference joint; null if not identifiable
+    rel_std: float | None  # relative standard deviation of the ratio, 0 for the reference joint
+    predicted_rel_std: float  # predicted relative standard deviation, also for a refused ratio
+    reason: str | None  # why there is no ratio, null if there is one
+    gain: float | None = None  # given gain of base parameters in SI and of links [N m / drive unit]; null if not given
+    off: float | None  # relative difference between this ratio and that of the given gains
+    off_std: float | None  # standard deviation of `off`, with that of the given gains; relative
     predicted_rel_error: float | None = Field(
         None,
         description="Norm of the prediction error of its currents, each part of the motions predicted from the others, "
         "relative to that of the currents; null without rows",
     )
-    fitted_rel_error: float | None = Field(
-        None, description="Norm of the residual of a fit of all parts, relative to that of the currents"
-    )
-    friction: list[BareParameter] = Field(description="Friction and offset of the joint")
+    fitted_rel_error: float | None = None  # norm of the residual of a fit of all parts, relative to the currents'
+    friction: list[BareParameter]  # friction and offset of the joint
 
 
 class Link(ResultModel, allow_inf_nan=False):
     """A physically consistent link, without bodies fixed to it."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    name: str = Field(description="Name of the joint that moves the link")
-    mass: float = Field(gt=0.0, description="Mass [kg]")
-    com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
-    inertia: InertiaTable = Field(description="Inertia about the centre of mass [kg m^2]")
-    motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
-    motor_unit: str = Field("kg m^2", description="Unit of the rotor inertia")
-    motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
-    carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
-    place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
-    orientation: tuple[Vector, Vector, Vector] = Field(description="Rotation in the preceding frame, row by row")
-    axis: Vector = Field(description="Axis of the joint, a unit vector")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    name: str  # name of the joint that moves the link
+    mass: float = Field(gt=0.0)  # mass [kg]
+    com: Vector  # centre of mass in the frame of the joint [m]
+    inertia: InertiaTable  # inertia about the centre of mass [kg m^2]
+    motor_inertia: float = Field(ge=0.0)  # rotor inertia, joint side [kg m^2 or kg]
+    motor_unit: str = "kg m^2"  # unit of the rotor inertia
+    motor_found: bool  # whether the data determine the rotor inertia; false: taken from the model
+    carried: Ten  # parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]
+    place: Vector  # position of the joint in the frame of the preceding one [m]
+    orientation: tuple[Vector, Vector, Vector]  # rotation in the preceding frame, row by row
+    axis: Vector  # axis of the joint, a unit vector
 
     def has_frame_of(self, arm: Arm, carried: Array, *, tolerance: float) -> bool:
         """Return whether it has the frame of an arm's link, with the same bodies fixed to it, shape (n, 10)."""
@@ -115,9 +106,9 @@ class Link(ResultModel, allow_inf_nan=False):
 class Links(ResultModel, allow_inf_nan=False):
     """Physically consistent links nearest to the model's."""
 
-    links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
-    farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
-    farthest_deviations: float = Field(ge=0.0, description="Difference of that parameter, in standard deviations")
+    links: tuple[Link, ...] = Field(min_length=1)  # one entry per joint, in order
+    farthest_parameter: str  # base parameter that differs most from its unconstrained estimate
+    farthest_deviations: float = Field(ge=0.0)  # difference of that parameter, in standard deviations
 
     @classmethod
     def of(cls, found: FoundLinks, nominal: ModelLinks, arm: Arm) -> "Links":
@@ -175,15 +166,13 @@ class Links(ResultModel, allow_inf_nan=False):
 class BareResult(DiagnosedResult):
     """What `rx90 identify --json` prints for bare recordings alone."""
 
-    reference: int = Field(ge=1, description="Reference joint, from 1, with the most accurate ratios")
-    joints: list[BareJoint] = Field(description="One entry per joint, in order")
-    base_parameters: list[BareParameter] = Field(description="Base parameters over the gain of the reference joint")
-    base_parameters_si: list[BareParameter] | None = Field(
-        description="Base parameters in SI units; null without gains"
-    )
-    consistent: Links | None = Field(description="Physically consistent links nearest to the model's, null without any")
-    consistent_reason: str | None = Field(description="Why there are no such links, null if there are")
-    notes: list[str] = Field(description="What the method selected, and remarks")
+    reference: int = Field(ge=1)  # reference joint, from 1, with the most accurate ratios
+    joints: list[BareJoint]  # one entry per joint, in order
+    base_parameters: list[BareParameter]  # base parameters over the gain of the reference joint
+    base_parameters_si: list[BareParameter] | None  # base parameters in SI units; null without gains
+    consistent: Links | None  # physically consistent links nearest to the model's, null without any
+    consistent_reason: str | None  # why there are no such links, null if there are
+    notes: list[str]  # what the method selected, and remarks
 
     def parts(self) -> Iterable[Part]:
         """Verdict, ratios, comparison with given gains, findings, parameters, friction, links."""

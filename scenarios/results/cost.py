@@ -33,44 +33,42 @@ JUDGED = (
 class CostQuantity(ResultModel):
     """Mass, a coordinate of the centre, or an inertia of the payload, in `unit`; null if not identifiable."""
 
-    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Unit of the values")
-    true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
-    stated: float | None = Field(description="Specified value, null if not specified, in `unit`")
-    assumed: float | None = Field(description="Estimate with the assumed gains, in `unit`")
-    assumed_std: float | None = Field(description="Standard deviation, in `unit`, without errors of the assumed gains")
-    found: float | None = Field(
-        description="Estimate with the identified gains, in `unit`; null where these come from the same recordings"
-    )
-    found_std: float | None = Field(description="Standard deviation, in `unit`, including that of the gains")
+    quantity: str  # name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz
+    unit: str  # unit of the values
+    true: float | None  # true value of the mounted payload, null if unknown, in `unit`
+    stated: float | None  # specified value, null if not specified, in `unit`
+    assumed: float | None  # estimate with the assumed gains, in `unit`
+    assumed_std: float | None  # standard deviation, in `unit`, without errors of the assumed gains
+    found: float | None  # estimate with the identified gains, in `unit`; null where these come from the same recordings
+    found_std: float | None  # standard deviation, in `unit`, including that of the gains
 
 
 class CostJoint(ResultModel):
     """A single joint: its gains, the mass of the payload from it alone, its predicted torque."""
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    assumed_gain: float | None = Field(description="Assumed gain [N m / drive unit], null where none is specified")
-    gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
-    rel_change: float | None = Field(description="Ratio of identified to assumed gain, minus one; null without")
-    assumed_mass: float | None = Field(description="Mass with its assumed gain; null if not identifiable [kg]")
-    assumed_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
-    found_mass: float | None = Field(description="Mass with the identified gain [kg]")
-    found_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    joint: int = Field(ge=1)  # number of the joint, from 1
+    assumed_gain: float | None  # assumed gain [N m / drive unit], null where none is specified
+    gain: float | None  # identified gain [N m / drive unit], null if refused
+    rel_change: float | None  # ratio of identified to assumed gain, minus one; null without
+    assumed_mass: float | None  # mass with its assumed gain; null if not identifiable [kg]
+    assumed_mass_std: float | None  # standard deviation of that mass [kg]
+    found_mass: float | None  # mass with the identified gain [kg]
+    found_mass_std: float | None  # standard deviation of that mass [kg]
     assumed_torque_error: float | None = Field(
         description="Relative error of the torque of arm and payload on another motion, predicted with the assumed "
         "gains; null if the torque is unknown"
     )
-    found_torque_error: float | None = Field(description="Relative error of that torque with the identified gains")
+    found_torque_error: float | None  # relative error of that torque with the identified gains
 
 
 class ResultCost(ResultModel):
     """Results with assumed and with identified gains."""
 
-    payload: list[CostQuantity] = Field(description="The payload, from all joints together")
-    joints: list[CostJoint] = Field(description="One entry per joint, in order")
-    arm: list[ArmError] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
-    tolerance: float | None = Field(description="Largest relative error of the mass that passes, null if not specified")
-    passed: bool | None = Field(description="Whether the mass passes")
+    payload: list[CostQuantity]  # the payload, from all joints together
+    joints: list[CostJoint]  # one entry per joint, in order
+    arm: list[ArmError]  # errors of the arm's parameters; empty if the true values are unknown
+    tolerance: float | None  # largest relative error of the mass that passes, null if not specified
+    passed: bool | None  # whether the mass passes
 
     @classmethod
     def of(

@@ -57,19 +57,18 @@ class PayloadFile(BaseModel):
     """A payload as specified, in the frame of the last link."""
 
     model_config = ConfigDict(extra="forbid")
-    mass: Positive = Field(description="Mass [kg]")
-    mass_std: float = Field(0.0, ge=0.0, description="Standard deviation of the mass [kg]")
-    com: Triple | None = Field(None, description="Centre of mass [m]")
-    com_std: Triple | None = Field(None, description="Standard deviation of the centre of mass, per axis [m]")
-    inertia: InertiaTable | None = Field(
-        None, description="Inertia about the centre of mass [kg m^2]; may be omitted if `known` is `mass`"
-    )
-    inertia_std: InertiaTable | None = Field(None, description="Standard deviations of the inertia [kg m^2]")
-    known: Known = Field("all", description="What identification may use of the payload")
+    mass: Positive  # mass [kg]
+    mass_std: float = Field(0.0, ge=0.0)  # standard deviation of the mass [kg]
+    com: Triple | None = None  # centre of mass [m]
+    com_std: Triple | None = None  # standard deviation of the centre of mass, per axis [m]
+    inertia: InertiaTable | None = None  # inertia about the centre of mass [kg m^2]; unnecessary if `known` is `mass`
+    inertia_std: InertiaTable | None = None  # standard deviations of the inertia [kg m^2]
+    known: Known = "all"  # what identification may use of the payload
 
 
 COMPLETE = ("DrawTable", "SourceTable")
 """Tables that an extending file must state in full."""
+SECTION = re.compile("\n\n(?:Attributes|Raises):\n")
 COMMENT = re.compile(r"^    (\w+): [^#\n]*  # (.+)$", re.MULTILINE)
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -83,7 +82,7 @@ def schema(name: str) -> dict[str, Any]:
     for title, table in [(found["title"], found), *found.get("$defs", {}).items()]:
         if title in classes:
             docs = {k: v for each in reversed(classes[title].__mro__) for k, v in _field_docs(each).items()}
-            table["description"] = cleandoc(classes[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
+            table["description"] = SECTION.split(cleandoc(classes[title].__doc__ or ""))[0]
             for key, value in table.get("properties", {}).items():
                 if key in docs:  # joints count from 1 in JSON (`scenarios.rendering.result.FromOne`)
                     value.setdefault("description", docs[key].replace("from 0", "from 1").replace("None", "null"))
@@ -96,8 +95,8 @@ def schema(name: str) -> dict[str, Any]:
 
 
 def _field_docs(kind: type) -> dict[str, str]:
-    """Return descriptions of fields: of the docstring, or of a dataclass beside them."""
-    beside = COMMENT.findall(getsource(kind)) if is_dataclass(kind) else []
+    """Return descriptions of fields: of the docstring, or beside them."""
+    beside = COMMENT.findall(getsource(kind)) if is_dataclass(kind) or issubclass(kind, BaseModel) else []
     return {name: text[0].upper() + text[1:] for name, text in beside} | attribute_docs(kind)
 
 

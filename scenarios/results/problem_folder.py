@@ -44,10 +44,8 @@ Number = Annotated[int, Field(ge=1)]
 class RobotTable(Table):
     """The arm."""
 
-    model: Name = Field(description="File in the same folder")
-    couplings: tuple[tuple[Number, Number], ...] = Field(
-        (), description="Joints, from 1, whose second motor turns with both"
-    )
+    model: Name  # file in the same folder
+    couplings: tuple[tuple[Number, Number], ...] = ()  # joints, from 1, whose second motor turns with both
     transmission: tuple[tuple[float, ...], ...] | None = Field(
         None,
         description="Ratios of positions, rows of A, q_motor = A q, if motors turn with several joints; null if not",
@@ -57,8 +55,8 @@ class RobotTable(Table):
 class MotionTable(Table):
     """One motion and its payload; motions with the same payload file are one mounting."""
 
-    recording: Name = Field(description="File in the same folder")
-    payload: Name | None = Field(None, description="Payload file in the same folder; omitted for a bare flange")
+    recording: Name  # file in the same folder
+    payload: Name | None = None  # payload file in the same folder; omitted for a bare flange
 
 
 class ProblemFile(Table):
@@ -67,11 +65,11 @@ class ProblemFile(Table):
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
     """
 
-    format: Literal[1] = Field(description="Version of the file format")
-    robot: RobotTable = Field(description="The arm")
-    motions: tuple[MotionTable, ...] = Field(min_length=1, description="Recordings, in order of time within a mounting")
-    observe: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: filters and rows")
-    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: limits for accepting a gain")
+    format: Literal[1]  # version of the file format
+    robot: RobotTable  # the arm
+    motions: tuple[MotionTable, ...] = Field(min_length=1)  # recordings, in order of time within a mounting
+    observe: dict[str, float | str] = Field({})  # options of `rx90 identify`: filters and rows
+    gains: dict[str, float | str] = Field({})  # options of `rx90 identify`: limits for accepting a gain
 
     @property
     def written(self) -> list[str]:

@@ -45,9 +45,9 @@ RESAMPLES = 1000
 class Interval(ResultModel):
     """A value and its 95 % bootstrap interval."""
 
-    value: float = Field(description="A share of the gain, or of the variance of its error")
-    low: float = Field(description="Lower end of the interval, relative as the value")
-    high: float = Field(description="Upper end of the interval, relative as the value")
+    value: float  # A share of the gain, or of the variance of its error
+    low: float  # lower end of the interval, relative as the value
+    high: float  # upper end of the interval, relative as the value
 
     @classmethod
     def of(cls, value: Array, ends: Array) -> list["Interval"]:
@@ -58,38 +58,30 @@ class Interval(ResultModel):
 class SourceCost(ResultModel):
     """Error of one joint's gain from one source."""
 
-    source: str = Field(description="Name of the source")
-    trials: int = Field(description="Trials of the source alone that gave a gain")
-    bias: float = Field(
-        description="Mean relative error from the source alone, including that of the method without sources"
-    )
-    rms: Interval = Field(description="Root mean square of the relative error from the source alone")
-    share: float = Field(description="The source's share of the sum of all sources' mean squares")
+    source: str  # name of the source
+    trials: int  # trials of the source alone that gave a gain
+    bias: float  # mean relative error from the source alone, including that of the method without sources
+    rms: Interval  # root mean square of the relative error from the source alone
+    share: float  # the source's share of the sum of all sources' mean squares
     first: Interval | None = Field(
         description="First-order Sobol index: share of the error's variance that vanishes if the source is known; null "
         "if the design has too few complete samples"
     )
-    total: Interval | None = Field(description="Total-order index: share of it that remains if all others are known")
+    total: Interval | None  # total-order index: share of it that remains if all others are known
 
 
 class BudgetJoint(ResultModel):
     """Relative errors of one joint's gain."""
 
-    joint: int = Field(description="Number of the joint, from 1")
-    tolerance: float = Field(description="Largest relative error that passes")
-    costs: list[SourceCost] = Field(
-        description="One entry per source with which, alone, the joint has a gain, the largest error first"
-    )
-    floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
-    together: float | None = Field(
-        description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
-    )
-    samples: int = Field(description="Number of rows of the Sobol design from which the indices are computed")
-    lost: int = Field(description="Number of trials without a gain for the joint")
-    summed: float = Field(
-        description="Relative error expected for `together` if the sources are independent and their effects add up"
-    )
-    silent: list[str] = Field(description="Sources with which, alone, the joint never has a gain")
+    joint: int  # number of the joint, from 1
+    tolerance: float  # largest relative error that passes
+    costs: list[SourceCost]  # one entry per source with which, alone, the joint has a gain, the largest error first
+    floor: float | None  # relative error with every source off, null where the joint was refused
+    together: float | None  # root mean square of the relative error with all sources on, null without such a gain
+    samples: int  # number of rows of the Sobol design from which the indices are computed
+    lost: int  # number of trials without a gain for the joint
+    summed: float  # relative error expected for `together` if the sources are independent and their effects add up
+    silent: list[str]  # sources with which, alone, the joint never has a gain
 
 
 def joint_budget(rows: pd.DataFrame, joint: int, tolerance: float, sources: Sequence[str], seed: int) -> BudgetJoint:
@@ -176,9 +168,9 @@ def _resampled(n: int, seed: int) -> Indices:
 class Budget(ResultModel):
     """What `rx90 sensitivity --json` prints."""
 
-    scenario: str = Field(description="Name of the scenario")
-    trials: int = Field(description="Number of trials")
-    joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
+    scenario: str  # name of the scenario
+    trials: int  # number of trials
+    joints: list[BudgetJoint]  # joints that should have a gain
 
     @classmethod
     def of(cls, scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> "Budget":

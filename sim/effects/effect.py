@@ -9,10 +9,11 @@ method may read any value, but calls functions and not methods.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
+from annotated_types import Interval
 
 from ident.support.arrays import Array
 from ident.support.options import refuse_outside
@@ -47,6 +48,8 @@ class ControlStep:
     warmth: Array  # temperature rise of the drives [K], (B, n); changed in place, kept between periods
 
 
+Share = Annotated[float, Interval(ge=0.0, le=1.0)]
+"""A value that is a share of something."""
 Term = Callable[[ControlStep], None]
 """Function of an effect in a control period."""
 Stacked = Mapping[str, Array]

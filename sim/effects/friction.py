@@ -20,7 +20,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Stacked, Term, drives_of, each_value
+from sim.effects.effect import Build, ControlStep, Effect, Share, Stacked, Term, drives_of, each_value
 from sim.effects.transmissions import places_of_motors
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
@@ -29,6 +29,8 @@ STIFFEST = 400.0
 """Largest natural frequency of a rotor on its presliding stiffness [rad/s]: 0.4 rad in a period of 1 ms."""
 
 
+Drift = Annotated[float, Interval(ge=-1.0, le=100.0)]
+Difference = Annotated[float, Interval(ge=-2.0, le=2.0)]
 Deflected = Callable[[Array], Callable[[Array, float], Array]]
 """Returns, for distances (B, 1), a function from speeds (B, k) and a period [s] to relative deflections s, (B, k)."""
 
@@ -70,15 +72,10 @@ def at_once(distance: Array) -> Callable[[Array, float], Array]:
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionDrift(Effect):
-    """Relative change of friction from each motion to the next; -1 removes friction.
+    """Relative change of friction from each motion to the next; -1 removes friction."""
 
-    Attributes:
-        coulomb_drift: Relative change of dry friction from each motion to the next.
-        viscous_drift: Relative change of viscous friction from each motion to the next.
-    """
-
-    coulomb_drift: Annotated[float, Interval(ge=-1.0, le=100.0)] = 0.0
-    viscous_drift: Annotated[float, Interval(ge=-1.0, le=100.0)] = 0.0
+    coulomb_drift: Drift = 0.0  # relative change of dry friction from each motion to the next
+    viscous_drift: Drift = 0.0  # relative change of viscous friction from each motion to the next
 
     def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
         """Change friction of joints and coupled motors; damping of a transmission is not friction."""
@@ -107,15 +104,10 @@ class Stribeck(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionByDirection(Effect):
-    """Difference of friction between the two directions.
+    """Difference of friction between the two directions."""
 
-    Attributes:
-        coulomb_by_direction: Dry friction at positive minus that at negative speed, as a share of their mean.
-        viscous_by_direction: Viscous friction at positive minus that at negative speed, as a share of their mean.
-    """
-
-    coulomb_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
-    viscous_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
+    coulomb_by_direction: Difference = 0.0  # dry friction at positive minus that at negative speed, over their mean
+    viscous_by_direction: Difference = 0.0  # viscous friction at positive minus that at negative speed, over their mean
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -136,7 +128,7 @@ class ViscousCurve(Effect):
         viscous_speed: The speed at which this friction equals the proportional one [rad/s].
     """
 
-    viscous_curve: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    viscous_curve: Share = 0.0
     viscous_power: Annotated[float, Interval(gt=0.0, le=4.0)] = 1.0 / 3.0
     viscous_speed: Annotated[float, Interval(ge=1e-3, le=100.0), Unit("rad/s")] = 1.0
 
@@ -231,7 +223,7 @@ class DressPack(Effect):
     """
 
     instant: ClassVar[bool] = False
-    dress_pack: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    dress_pack: Share = 0.0
     dress_reach: Annotated[float, Interval(ge=0.01, le=100.0), Unit("rad")] = 0.3
 
     @classmethod

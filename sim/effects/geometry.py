@@ -13,19 +13,16 @@ from sim.robot import DriveTruth, Robot
 
 LARGEST_ZERO = 0.5
 """Largest error of a zero [rad or m]."""
+Tilt = Annotated[float, Interval(ge=-0.5, le=0.5), Unit("rad")]
+Moved = Annotated[float, Interval(ge=-0.1, le=0.1), Unit("m")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class BaseTilt(Effect):
-    """Tilt of the base about its x axis, then about its rotated y axis: gravity is rotated by the inverse.
+    """Tilt of the base about its x axis, then about its rotated y axis: gravity is rotated by the inverse."""
 
-    Attributes:
-        base_tilt_x: Tilt of the base about its x axis [rad].
-        base_tilt_y: Tilt of the base about its y axis, applied after that about x [rad].
-    """
-
-    base_tilt_x: Annotated[float, Interval(ge=-0.5, le=0.5), Unit("rad")] = 0.0
-    base_tilt_y: Annotated[float, Interval(ge=-0.5, le=0.5), Unit("rad")] = 0.0
+    base_tilt_x: Tilt = 0.0  # tilt of the base about its x axis [rad]
+    base_tilt_y: Tilt = 0.0  # tilt of the base about its y axis, applied after that about x [rad]
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         if not (self.base_tilt_x or self.base_tilt_y):
@@ -38,15 +35,10 @@ class BaseTilt(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class MovedFrames(Effect):
-    """Errors of distances between frames; the robot file names the frames.
+    """Errors of distances between frames; the robot file names the frames."""
 
-    Attributes:
-        d3_error: Error of the distance from frame 2 to frame 3 [m].
-        r4_error: Error of the distance from frame 3 to frame 4 [m].
-    """
-
-    d3_error: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("m")] = 0.0
-    r4_error: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("m")] = 0.0
+    d3_error: Moved = 0.0  # error of the distance from frame 2 to frame 3 [m]
+    r4_error: Moved = 0.0  # error of the distance from frame 3 to frame 4 [m]
 
     @property
     def moved(self) -> dict[str, float]:

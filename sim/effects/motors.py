@@ -21,24 +21,20 @@ from annotated_types import Interval, Unit
 
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.effects.effect import ControlStep, Effect, Stacked
+from sim.effects.effect import ControlStep, Effect, Share, Stacked
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
+
+Change = Annotated[float, Interval(ge=-0.4, le=0.4)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cogging(Effect):
-    """Periodic torque over the position of every motor.
+    """Periodic torque over the position of every motor, whose periods per turn the gear ratio multiplies."""
 
-    Attributes:
-        cogging: Amplitude of cogging, as a share of the drive's largest torque.
-        torque_ripple: Amplitude of ripple, as a share of the drive's torque.
-        motor_waves: Periods per turn of the joint: periods per turn of the motor times the gear ratio; assumed.
-    """
-
-    cogging: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
-    torque_ripple: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
-    motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0
+    cogging: Share = 0.0  # amplitude of cogging, as a share of the drive's largest torque
+    torque_ripple: Share = 0.0  # amplitude of ripple, as a share of the drive's torque
+    motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0  # periods per turn of the joint, not motor; assumed
 
     @staticmethod
     def act(values: Stacked, drives: Stacked, step: ControlStep) -> None:
@@ -49,20 +45,12 @@ class Cogging(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class GainLaws(Effect):
-    """Gains that depend on size and sign of the current and change from motion to motion.
+    """Gains that depend on size and sign of the current and change from motion to motion."""
 
-    Attributes:
-        torque_constant_falls: Relative fall of a gain from zero to the largest current, in proportion to the current,
-            as iron saturates.
-        torque_constant_bends: The same in proportion to the square of the current.
-        gain_by_sign: Gain at positive minus that at negative current, as a share of their mean.
-        gain_drift: Relative change of a gain from each motion to the next.
-    """
-
-    torque_constant_falls: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
-    torque_constant_bends: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
-    gain_by_sign: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
-    gain_drift: Annotated[float, Interval(ge=-0.4, le=0.4)] = 0.0
+    torque_constant_falls: Change = 0.0  # relative fall to the largest current, in proportion to it, as iron saturates
+    torque_constant_bends: Change = 0.0  # the same in proportion to the square of the current
+    gain_by_sign: Change = 0.0  # gain at positive minus that at negative current, as a share of their mean
+    gain_drift: Change = 0.0  # relative change of a gain from each motion to the next
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         if self.torque_constant_falls or self.torque_constant_bends:

@@ -16,7 +16,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, Effect
+from sim.effects.effect import Build, Effect, Share
 from sim.errors import PlantError
 from sim.model_spec import SUPPORT
 
@@ -30,18 +30,12 @@ Ratio = Annotated[float, Interval(ge=0.0, le=2.0)]
 
 @dataclass(frozen=True, kw_only=True)
 class LoosePayload(Effect):
-    """A share of every payload that moves on springs: a payload that is loose on its mount, or a liquid in it.
-
-    Attributes:
-        loose_share: Share of the payload's mass that moves relative to the flange.
-        loose_hz: Its natural frequency, with the flange at rest [Hz].
-        loose_damping: Its damping ratio; assumed.
-    """
+    """A share of every payload that moves on springs: a payload that is loose on its mount, or a liquid in it."""
 
     adds: ClassVar[bool] = True
-    loose_share: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
-    loose_hz: Hertz = 5.0
-    loose_damping: Ratio = 0.05
+    loose_share: Share = 0.0  # share of the payload's mass that moves relative to the flange
+    loose_hz: Hertz = 5.0  # its natural frequency, with the flange at rest [Hz]
+    loose_damping: Ratio = 0.05  # its damping ratio; assumed
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         if self.loose_share:

@@ -14,7 +14,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, Effect
+from sim.effects.effect import Build, Effect, Share
 from sim.errors import PlantError
 from sim.model_spec import arm_joints, driven_joints
 from sim.robot import DriveTruth, Robot
@@ -39,15 +39,10 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class WristCoupling(Effect):
-    """The couplings that the robot file defines.
-
-    Attributes:
-        wrist_coupling: Share, 0 to 1, of every coupled motor that turns with the sum of two joints instead of its own
-            joint.
-    """
+    """The couplings that the robot file defines."""
 
     adds: ClassVar[bool] = True
-    wrist_coupling: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    wrist_coupling: Share = 0.0  # share of every coupled motor that turns with two joints instead of its own
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         share = self.wrist_coupling

@@ -1,7 +1,7 @@
 """Sensors: effects between the plant and its log.
 
-A new one needs its class and, here, a base class of `SensorOptions` and an entry of `SENSORS`, at the end, so that the
-others keep their random numbers.
+A new one needs its class and, here, the first place among the base classes of `SensorOptions`: it then acts last, and
+the others keep their random numbers.
 """
 
 from collections.abc import Mapping
@@ -16,28 +16,14 @@ from sim.sensors.timing import Clock, DriveClocks, LogRate, Samples
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorOptions(
-    LogRate,  # the order of keys is from last to first
-    Samples,
-    DriveClocks,
-    CurrentSensor,
-    Clock,
-    Delay,
-    CurrentNoise,
-    Encoder,
+class SensorOptions(  # sensors act, and their keys are listed, from last to first
+    Samples, DriveClocks, CurrentSensor, Clock, CurrentNoise, LogRate, Delay, Encoder
 ):
     """Values of all sensors, keys of `[experiment.sensors]`; zero switches a sensor effect off."""
 
 
 SENSORS: Mapping[str, type[Sensor]] = {
-    "encoder": Encoder,
-    "delay": Delay,
-    "log_rate": LogRate,
-    "current": CurrentNoise,
-    "clock": Clock,
-    "current_sensor": CurrentSensor,
-    "drive_clocks": DriveClocks,
-    "samples": Samples,
+    each.__name__: each for each in reversed(SensorOptions.__bases__) if issubclass(each, Sensor)
 }
 """The sensors, in the order in which they act."""
 

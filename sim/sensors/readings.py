@@ -19,22 +19,20 @@ from ident.support.arrays import Array
 from sim.errors import PlantError
 from sim.sensors.sensor import Log, Noise, NoiseStreams, Reader, Sensor
 
+Angle = Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")]
+Share = Annotated[float, Interval(ge=0.0, le=1.0)]
+Ratio = Annotated[float, Interval(ge=0.0, le=100.0)]
 CHUNK = 100
 """Number of control periods whose noise is drawn together."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Encoder(Sensor):
-    """One encoder a joint, on the joint side.
-
-    Attributes:
-        encoder_quantum: Encoder resolution on the joint side [rad].
-        encoder_noise: Standard deviation of a reading before quantisation [rad].
-    """
+    """One encoder a joint, on the joint side."""
 
     streams: ClassVar[tuple[str, ...]] = ("encoder",)
-    encoder_quantum: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
-    encoder_noise: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+    encoder_quantum: Angle = 0.0  # encoder resolution on the joint side [rad]
+    encoder_noise: Angle = 0.0  # standard deviation of a reading before quantisation [rad]
 
     @staticmethod
     def reader(values: Sequence[object], streams: Sequence[NoiseStreams], n: int) -> Reader | None:
@@ -83,18 +81,12 @@ LOWEST_SHARE = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentNoise(Sensor):
-    """White and coloured noise.
-
-    Attributes:
-        current_white: White noise of the logged current, as a share of the joint's rms current.
-        current_coloured: Noise of the logged current below `coloured_cutoff_hz`, as a share of the joint's rms current.
-        coloured_cutoff_hz: Cut-off of the coloured noise [Hz].
-    """
+    """White and coloured noise."""
 
     streams: ClassVar[tuple[str, ...]] = ("white", "coloured")
-    current_white: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
-    current_coloured: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
-    coloured_cutoff_hz: Annotated[float, Interval(ge=0.0, le=1e6), Unit("Hz")] = 20.0
+    current_white: Ratio = 0.0  # white noise of the logged current, as a share of the joint's rms current
+    current_coloured: Ratio = 0.0  # coloured noise of the logged current, in the same way
+    coloured_cutoff_hz: Annotated[float, Interval(ge=0.0, le=1e6), Unit("Hz")] = 20.0  # cut-off of coloured noise [Hz]
 
     def fits(self, rate_hz: float) -> None:
         low, high = LOWEST_SHARE * rate_hz, 0.5 * rate_hz
@@ -147,16 +139,11 @@ def _shaping(rate_hz: float, cutoff_hz: float) -> tuple[Array, int, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentSensor(Sensor):
-    """Errors of the logged current that are constant during a motion.
-
-    Attributes:
-        current_gain_error: Standard deviation of the relative error e of a motion's current.
-        current_offset: Standard deviation of its offset o, as a share of the joint's rms current.
-    """
+    """Errors of the logged current that are constant during a motion."""
 
     streams: ClassVar[tuple[str, ...]] = ("current_sensor",)
-    current_gain_error: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
-    current_offset: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
+    current_gain_error: Share = 0.0  # standard deviation of the relative error e of a motion's current
+    current_offset: Ratio = 0.0  # standard deviation of its offset o, as a share of the joint's rms current
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
         if not (self.current_gain_error or self.current_offset):

@@ -81,15 +81,11 @@ class DriveClocks(Sensor):
 
     r and o are drawn for each motion and joint. Position and current of one drive are sampled together. Values between
     samples of the loop are linearly interpolated, and held at the ends.
-
-    Attributes:
-        clock_offset: Standard deviation of o [s].
-        clock_rate: Standard deviation of r.
     """
 
     streams: ClassVar[tuple[str, ...]] = ("drive_clocks",)
-    clock_offset: Annotated[float, Interval(ge=0.0, le=1.0), Unit("s")] = 0.0
-    clock_rate: Annotated[float, Interval(ge=0.0, le=0.01)] = 0.0
+    clock_offset: Annotated[float, Interval(ge=0.0, le=1.0), Unit("s")] = 0.0  # standard deviation of o [s]
+    clock_rate: Annotated[float, Interval(ge=0.0, le=0.01)] = 0.0  # standard deviation of r
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
         if not (self.clock_offset or self.clock_rate):
@@ -110,15 +106,11 @@ class Samples(Sensor):
 
     A lost sample is not in the log. A repeated sample has its own time, but the positions and currents of the last
     sample that is not a repetition.
-
-    Attributes:
-        samples_lost: Share of lost samples.
-        samples_repeated: Share of samples that repeat the preceding one.
     """
 
     streams: ClassVar[tuple[str, ...]] = ("samples",)
-    samples_lost: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0
-    samples_repeated: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0
+    samples_lost: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0  # share of lost samples
+    samples_repeated: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0  # share of samples that repeat the preceding one
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
         if not (self.samples_lost or self.samples_repeated):

@@ -23,7 +23,7 @@ NOISY = SensorOptions(encoder_quantum=2e-6, encoder_noise=2e-6, current_white=0.
 
 
 RX90 = read_robot(rx90_mjcf.ROBOT)
-BELIEF = ControllerBelief(mjcf=RX90.model, gain=(1.0,) * 6, rotor_inertia=tuple(RX90.drives.rotor_inertia.tolist()))
+BELIEF = ControllerBelief(robot=RX90, gain=(1.0,) * 6)
 
 
 def nominal_plant(payload: PayloadBody = CYLINDER, errors: ModelErrors | None = None, **drives: np.ndarray) -> Plant:

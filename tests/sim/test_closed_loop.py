@@ -1,11 +1,11 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pinocchio as pin
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 from refusals import refused
 
-from sim.controller import ControllerOptions, tuned
+from sim.controller import ControllerBelief, ControllerOptions, tuned
 from sim.errors import PlantError
 from sim.record import record
 from sim.trajectory import at_rest
@@ -45,7 +45,8 @@ def documented(q: np.ndarray, limit: np.ndarray) -> np.ndarray:
 
 def test_the_loop_commands_what_the_documented_law_says_for_what_the_encoders_read_up_to_the_limits_of_the_drives():
     # Neither gains nor rotors that the controller believes in are those of the plant.
-    belief = replace(BELIEF, gain=tuple(GAIN.tolist()), rotor_inertia=tuple(ROTORS.tolist()))
+    robot = RX90.model_copy(update={"drives": replace(RX90.drives, rotor_inertia=ROTORS)})
+    belief = ControllerBelief(robot=robot, gain=tuple(GAIN.tolist()))
     sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
     run = experiment(sensors=sensors, belief=belief, controller=TUNING, trajectory=MOTION, step=1.25e-3)
     plant = nominal_plant(gain=GAIN * [1.1, 0.9, 1.2, 0.8, 1.3, 0.7])
@@ -60,13 +61,14 @@ def test_the_loop_commands_what_the_documented_law_says_for_what_the_encoders_re
 
 
 def test_impossible_tunings_and_beliefs_are_refused():
-    other = replace(BELIEF, gain=(1.0, 1.0), rotor_inertia=(1.0, 1.0))
+    two = replace(RX90.drives, **{each.name: getattr(RX90.drives, each.name)[:2] for each in fields(RX90.drives)})
+    other = ControllerBelief(robot=RX90.model_copy(update={"drives": two}), gain=(1.0, 1.0))
     five = at_rest(np.zeros(5), np.zeros((5, 2)), np.full((5, 2), 0.1), 2.0)
     for make, message in (
         (lambda: ControllerOptions(rate_hz=1e9), r"controller: rate_hz = 1e\+09: expected 1 to 100000 Hz"),
-        (lambda: replace(BELIEF, gain=(1.0, 1.0)), "2 gains and 6 rotor inertias; expected one per joint"),
-        (lambda: replace(BELIEF, gain=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0)), "finite numbers up to .*, gains not zero"),
-        (lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6), "rotors not negative"),
+        (lambda: replace(BELIEF, gain=(1.0, 1.0)), "2 gains for 6 joints; expected one per joint"),
+        (lambda: replace(BELIEF, gain=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0)), "finite numbers up to .*, none of them zero"),
+        (lambda: replace(BELIEF, gain=(1.0, 2e9, 1.0, 1.0, 1.0, 1.0)), r"finite numbers up to 1e\+09"),
         (lambda: tuned(other, short_motion(), TUNING), "6 joints, but the controller's model has 2"),
         (lambda: tuned(BELIEF, five, TUNING), "the motion moves 5 joints of an arm with 6"),
     ):

@@ -311,19 +311,21 @@ def test_a_gain_at_a_current_is_torque_per_current_there_without_the_offset_and_
 
 
 SIZES = {
-    "load_friction": ("load_friction", "transmitted_friction", "gear_friction"),
-    "cogging": ("cogging", "torque_ripple"),
-    "gain_laws": ("torque_constant_falls", "torque_constant_bends", "gain_by_sign", "gain_drift"),
-    "friction_by_direction": ("coulomb_by_direction", "viscous_by_direction"),
+    "LoadFriction": ("load_friction", "transmitted_friction", "gear_friction"),
+    "Cogging": ("cogging", "torque_ripple"),
+    "GainLaws": ("torque_constant_falls", "torque_constant_bends", "gain_by_sign", "gain_drift"),
+    "FrictionByDirection": ("coulomb_by_direction", "viscous_by_direction"),
+    "Stribeck": ("stribeck",),
+    "ViscousCurve": ("viscous_curve",),
+    "Presliding": ("presliding",),
+    "DressPack": ("dress_pack",),
 }
 
 
 def test_each_size_by_itself_switches_its_effect_on_and_a_shape_or_warmth_without_consequence_does_not():
-    for effect in ("stribeck", "viscous_curve", "presliding", "dress_pack"):
-        SIZES[effect] = (effect,)
     on = [(effect, {size: 0.003}) for effect, sizes in SIZES.items() for size in sizes]
     by = ("gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature")
-    on += [("temperature", {"motor_warming": 70.0, name: -1e-3}) for name in by]
+    on += [("Temperature", {"motor_warming": 70.0, name: -1e-3}) for name in by]
     off = {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0}, {"motor_warming": 70.0}, {by[0]: -1e-3}
     for name, values in (*on, *((None, each) for each in off)):
         assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == [name][: bool(name)]

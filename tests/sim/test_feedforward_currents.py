@@ -173,8 +173,9 @@ def test_a_model_file_that_has_changed_is_read_again(tmp_path):
 
     drawn(1.0, 10**18)
     plain = motion_of(loaded=False)
-    plant = replace(plain.plant, robot=RX90.model_copy(update={"model": model}))
-    motion = replace(plain, plant=plant, belief=replace(BELIEF, mjcf=model))
+    robot = RX90.model_copy(update={"model": model})
+    plant = replace(plain.plant, robot=robot)
+    motion = replace(plain, plant=plant, belief=replace(BELIEF, robot=robot))
     before, table = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
     drawn(1.7, 10**18 + 3)
     after, later = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)

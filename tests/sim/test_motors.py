@@ -8,6 +8,7 @@ from pinocchio_arms import pinocchio_arm, rnea
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 from refusals import refused
 
+from sim.controller import ControllerBelief
 from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.experiment import Experiment
@@ -29,8 +30,8 @@ def robot_with(A: np.ndarray) -> Robot:
 
 def motion_of(A: np.ndarray, errors: ModelErrors | None = None, **drives: np.ndarray) -> Experiment:
     plant = replace(nominal_plant(errors=errors, **drives), robot=robot_with(A))
-    own = {name: tuple(drives[name].tolist()) for name in ("gain", "rotor_inertia") if name in drives}
-    belief = replace(BELIEF, transmission=plant.robot.transmission, **own)
+    believed = plant.robot.model_copy(update={"drives": replace(RX90.drives, **drives)})
+    belief = ControllerBelief(robot=believed, gain=tuple(drives["gain"].tolist()) if "gain" in drives else BELIEF.gain)
     return experiment(plant=plant, belief=belief, trajectory=short_motion())
 
 

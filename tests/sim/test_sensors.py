@@ -15,7 +15,7 @@ from sim.sensors.sensor import Log
 def encoders(readings: np.ndarray, *options: SensorOptions, seed: int = 0) -> np.ndarray:
     """What encoders read, periods first."""
     noise = [noise_streams(np.random.default_rng(seed + i)) for i in range(len(options))]
-    read = SENSORS["encoder"].reader(options, noise, readings.shape[-1])
+    read = SENSORS["Encoder"].reader(options, noise, readings.shape[-1])
     assert read is not None
     out = readings.copy()
     for row in out:
@@ -67,20 +67,20 @@ def drawn(name: str, shape: tuple[int, ...], distribution: str, seed: int = 6) -
 
 def test_a_current_sensor_has_an_error_of_gain_and_of_zero_in_each_motion_and_joint():
     log, (noise,) = log_of(), streams(6)
-    seen = SENSORS["current_sensor"].logs(SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise)
+    seen = SENSORS["CurrentSensor"].logs(SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise)
     gain, offset = drawn("current_sensor", (2, 3), "standard_normal")
     rms = np.sqrt(np.mean(log.v**2, axis=0))
     np.testing.assert_allclose(seen.v, log.v * (1.0 + 0.02 * gain) + 0.05 * offset * rms, rtol=0, atol=1e-14)
     assert seen.q is log.q
     assert seen.t is log.t
-    alone = SENSORS["current_sensor"].logs(SensorOptions(current_offset=0.05), log, streams(6)[0])
+    alone = SENSORS["CurrentSensor"].logs(SensorOptions(current_offset=0.05), log, streams(6)[0])
     np.testing.assert_allclose(alone.v, log.v + 0.05 * offset * rms, rtol=0, atol=1e-14)
 
 
 def test_drives_sample_by_clocks_of_their_own():
     offset, rate = 0.003, 0.004
     log, (noise,) = log_of(), streams(6)
-    seen = SENSORS["drive_clocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
+    seen = SENSORS["DriveClocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
     by_rate, by_offset = drawn("drive_clocks", (2, 3), "standard_normal")
     taken = np.clip(np.outer(log.t, 1.0 + rate * by_rate) + offset * by_offset, log.t[0], log.t[-1])
     np.testing.assert_array_equal(seen.t, log.t)
@@ -92,7 +92,7 @@ def test_drives_sample_by_clocks_of_their_own():
 
 def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
     log, (noise,) = log_of(), streams(6)
-    seen = SENSORS["samples"].logs(SensorOptions(samples_lost=0.2, samples_repeated=0.4), log, noise)
+    seen = SENSORS["Samples"].logs(SensorOptions(samples_lost=0.2, samples_repeated=0.4), log, noise)
     lost, repeated = drawn("samples", (2, 400), "random") < [[0.2], [0.4]]
     expected: list[tuple[float, ...]] = []
     last = 0

@@ -4,7 +4,7 @@ import pytest
 
 from scenarios.experiments.scenario import load_scenario, setup_of
 from sim.errors import PlantError
-from sim.viewer import pictures, scene
+from sim.viewer import _azimuth, _directions, pictures, scene
 
 T = 3.7
 
@@ -35,6 +35,16 @@ def test_every_arm_stands_where_its_motion_puts_it(shown, experiments):
         assert beside[2] == 0.0
         # Axes have no place: all arms have turned alike.
         np.testing.assert_allclose(data.xaxis[k * arm.njnt : (k + 1) * arm.njnt], alone.xaxis, atol=1e-12)
+
+
+def test_the_camera_looks_across_the_direction_in_which_arms_are_widest():
+    for degrees in (-71.0, 13.0, 64.0, 158.0):
+        line, across = (np.array([np.cos(x), np.sin(x), 0.0]) for x in np.radians([degrees, degrees + 90.0]))
+        corners = np.outer([-1.7, 0.4, 2.9], line) + np.outer([0.1, -0.2, 0.15], across) - [3.0, 0.7, 2.0]
+        flat = np.linalg.svd(corners[:, :2] - corners[:, :2].mean(axis=0))[2][0]
+        azimuth = _azimuth([corners])
+        np.testing.assert_allclose(abs(np.dot(_directions(azimuth)[0][:2], flat)), 1.0, rtol=1e-12)
+        assert 45.0 <= azimuth <= 225.0
 
 
 def test_arms_are_side_by_side_at_all_times_from_left_to_right(shown, experiments):

@@ -65,6 +65,7 @@ DRAWS = {
     '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size applies to noise only",
+    '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': "sources.it.stream: input should be 'encoder', 'white', ",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"': (
         "the stream white is already used by sources.white current noise"
     ),

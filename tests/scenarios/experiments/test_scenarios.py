@@ -61,6 +61,14 @@ def test_a_run_is_judged_by_the_gain_at_its_own_currents(tmp_path):
     assert (found.truth.gain < 0.99 * found.setup.true_gain).all()
 
 
+def test_the_controller_has_the_believed_gains_and_the_nominal_rotors_not_those_of_the_plant(tmp_path):
+    gains, rotors = (1.1, -0.9, 1.2, 0.7, 1.3, 0.8), "[0.4, 0.5, 0.3, 0.2, 0.1, 0.15]"
+    found = setup(tmp_path, f"[belief]\ncontroller_gain = {list(gains)}\n[plant]\nrotor_inertia = {rotors}")
+    assert {each.belief.gain for each in found.experiments} == {gains}
+    believed = found.experiments[0].belief.robot.drives.rotor_inertia
+    assert not np.isclose(believed, found.plant.drives.rotor_inertia).any()
+
+
 def test_identification_is_told_of_a_coupling_only_by_the_belief(tmp_path):
     injected = "[plant.errors]\nwrist_coupling = 0.05\n"
     assert setup(tmp_path, injected).structure.arm.couplings == ()

@@ -12,6 +12,7 @@ import numpy as np
 from ident.diagnosis.hypothesis import STILL, Alternative, Hypothesis, Logs, small
 from ident.diagnosis.models import LARGEST_ANGLE, STEP, Reference, with_arm
 from ident.estimation.sweep import across
+from ident.recordings.description import line_of
 from ident.support.arrays import Array
 from ident.support.naming import enumerated
 
@@ -87,7 +88,10 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     words = f"motor {motor + 1} also turns by {share:.3g} times the angle of joint {joint + 1}"
     if motor == joint:
         words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
-    advice = f"measure it, and state {_stated(A, 4)} in robot.toml"
+    remedy = f"state {_stated(A, 4)} in robot.toml"
+    if motor == joint and logs.structure.arm.transmission is None:
+        remedy = f"add {line_of('q.factor', 1.0 / np.diag(A))}"
+    advice = f"measure it, and {remedy}"
     found = replace(_turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio")
     return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + float(more[0])))
 

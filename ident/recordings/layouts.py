@@ -19,6 +19,7 @@ from ident.recordings.description import (
     TICKS,
     TIME,
     TORQUE_FROM_CURRENT,
+    Channel,
     Channels,
     LogDescription,
     described,
@@ -29,10 +30,6 @@ from ident.support.naming import nearest, shown
 
 CURRENT = re.compile(r"^observation\.current\.|\.current$")
 """Name of a column of currents, not torques, of a dataset of LeRobot."""
-
-PLAIN = {"unit": "", "sign": 1.0} | dict.fromkeys(("counts_per_turn", "constant"), 1.0)
-PLAIN |= dict.fromkeys(("zero", "sign_bit", "bits"), 0.0)
-"""What a column has that is not declared."""
 
 
 def resolved(table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
@@ -198,7 +195,7 @@ def _checked(meant: LogDescription) -> LogDescription:
                 f"{nearest(unknown, known)}; known: {', '.join(known)}"
             )
         own, count = dict[str, tuple[str | float, ...]](), len(channels.columns)
-        for key, default in PLAIN.items():
+        for key, default in Channel._field_defaults.items():
             values = getattr(channels, key) or (default,)
             if len(values) not in (1, count):
                 raise RecordingError(f"{key} of {kind} has {len(values)} entries for {count} joints")

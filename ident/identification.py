@@ -16,7 +16,7 @@ from ident.diagnosis.hypothesis import beyond_limits
 from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
 from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
-from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
+from ident.diagnosis.plausibility import advice_on_units, cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator, gives_a_gain
 from ident.estimation.problem import GainOptions, Problem
@@ -289,7 +289,7 @@ def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
                 name="joint limits",
                 severity=Severity.WRONG,
                 sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
-                advice="check units (degrees, motor side), zeros and the model's limits",
+                advice=advice_on_units(log.recording),
                 joints=tuple(beyond),
                 logs=(name,),
             )

@@ -93,7 +93,8 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
         remedy = f"add {line_of('q.factor', 1.0 / np.diag(A))}"
     advice = f"measure it, and {remedy}"
     found = replace(_turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio")
-    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + float(more[0])))
+    step = 1.0 + share if motor == joint else 1.0
+    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + step * float(more[0])))
 
 
 def _turned(

@@ -295,9 +295,11 @@ ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 
 LENGTHS = {"millimetres": 1e-3}
 """Factors from units of angle to radians, and from units of length to metres."""
 RATIOS = np.geomspace(2.0, 2e8, 930)
-"""Plausible gear ratios, 2 % apart, and radians of an encoder's counts: of 30 bits at most."""
+"""Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
 MOST_RATIO = 500.0
 """Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
+OF_ALL = np.concatenate((np.arange(2.0, MOST_RATIO), 2.0 ** np.arange(8, 31) / (2.0 * np.pi)))
+"""Ratios that all joints may have together, and counts of their encoders per radian."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -316,7 +318,8 @@ def units(logs: Logs) -> Iterator[Alternative]:
     # ratios of several joints are found only if they are equal
     for joints, sign in product({beyond, turning} if len(beyond) == 1 else {turning} if beyond else (), (1.0, -1.0)):
         least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
-        for ratio in (sign * RATIOS[least / STILL >= RATIOS]).tolist():
+        ratios = RATIOS if len(joints) == 1 else OF_ALL
+        for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
             found = geared(logs, joints, ratio)
             hows = zip(logs.recordings, found.hypothesis.logs, strict=True)
             if all(within_limits(arm, log, how) for log, how in hows):
@@ -347,10 +350,10 @@ def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:
     """Return positions of joints on the motor side of a gear, or as counts of an encoder."""
     words = f"on the motor's side of a gear of ratio {ratio:.4g}"
     if abs(ratio) > MOST_RATIO:
-        words = f"in counts of an encoder, {2.0 * np.pi * ratio:.4g} per turn"
+        words = f"in counts of an encoder, {2.0 * np.pi * ratio:.6g} per turn"
     found = in_unit(logs, logs.every, joints, 1.0 / ratio, words)
     found = found.of_size(ratio, None, lambda more: geared(logs, joints, ratio * (1.0 + float(more[0]))))
-    return replace(found, searched=True, parameter="ratio")
+    return replace(found, searched=True, parameter="ratio", advice=f"{found.advice}, with the exact ratio")
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

@@ -36,6 +36,7 @@ from ident.diagnosis.search import (
     direction_of,
     directions,
     faults,
+    joints_beyond_limits,
     refined,
     survey,
 )
@@ -57,6 +58,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
+    if len(of_logs) == MOST and joints_beyond_limits(logs):  # none of these is the cause
+        of_logs, found = [], list[Fault]()
     if known is not None and not of_logs:
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]

@@ -128,7 +128,7 @@ DESCRIPTIONS = {
     "empty": ("", "the file is empty"),
     "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
     "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent': expected .*'current'"),
-    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, factor, sign_bit, bits, constant"),
+    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, factor, sign_bit, bits"),
     "a range": ("[q]\ncolumns = 'a{4..2}'", r"\[q\]: 'a\{4\.\.2\}'; expected a range"),
     "zero huge": ("[q]\nzero = [0.0, 1e13]", r"zero = \[0\.0, 10000000000000\.0\]"),
     "no counts": ("[q]\ncounts_per_turn = [4096, 0]", r"counts_per_turn = \[4096, 0\]"),

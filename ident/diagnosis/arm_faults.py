@@ -21,11 +21,10 @@ TURNING = (
     ((1.0, 0.0), (-1.0, 1.0)),
     ((1.0, 1.0), (0.0, 1.0)),
     ((1.0, -1.0), (0.0, 1.0)),
-    ((1.0, 1.0), (1.0, -1.0)),
-    ((1.0, -1.0), (1.0, 1.0)),
+    *(((share, sign * share), (share, -sign * share)) for share in (1.0, 0.5) for sign in (1.0, -1.0)),
 )
 """Motions of the motors of two neighbouring joints by these: a parallelogram or a wrist, from either side, and both
-differentials."""
+differentials, with the sum of the joints' angles or half of it."""
 
 
 def transmissions(logs: Logs) -> Iterator[Alternative]:
@@ -115,7 +114,8 @@ def _stated(A: Array, digits: int = 6) -> str:
 def _sum(row: Sequence[float], j: int) -> str:
     """Sum of the positions of a joint, from 0, and the next one, with signs, in words."""
     first, second = (j + 1, j + 2) if row[0] > 0.0 else (j + 2, j + 1)
-    return f"joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
+    half = "half of " if abs(row[0]) < 1.0 and row[1] else ""
+    return f"{half}joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
 
 
 SAME = 1e-6

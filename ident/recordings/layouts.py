@@ -26,7 +26,7 @@ from ident.recordings.description import (
 )
 from ident.recordings.formats import MOST_COLUMNS, OURS, Table, entry, listed
 from ident.support.errors import RecordingError
-from ident.support.naming import nearest, shown
+from ident.support.naming import nearest, one_line, shown
 
 CURRENT = re.compile(r"^observation\.current\.|\.current$")
 """Name of a column of currents, not torques, of a dataset of LeRobot."""
@@ -153,6 +153,10 @@ def _column(names: Sequence[str], name: str) -> str:
     many = names.count(name)
     if many > 1:
         raise RecordingError(f"column {shown(name)} appears twice")
+    series, _, wanted = name.removesuffix("]").partition("[")
+    others = [each[len(series) + 1 : -1] for each in names if each.startswith(f"{series}[")]
+    if not many and others:
+        raise RecordingError(f"no {one_line(series)} of {shown(wanted)}; found those of {listed(others)}")
     if not many:
         raise RecordingError(
             f"no column {shown(name)}{nearest(name, names)}; found {listed(names)}; declare columns of other "

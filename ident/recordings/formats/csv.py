@@ -70,7 +70,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
         )
         used = list(dict.fromkeys((*places.values(), *clock.values())))
         wanted = [(_date if header[k] in dated else float, k) for k in used]
-        values = array("d")
+        values, at = array("d"), header.index(time) if stated.series is not None else None
         for number, line in enumerate(lines[start:], start + 1):
             if "#" in line:
                 line = _plain(line)
@@ -86,6 +86,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
                     f"line {number} has {len(cells)} cells, but the header names {len(header)}"
                     f"{hint if separator == ',' and len(cells) > len(header) else ''}"
                 )
+            place = f"line {number}" if at is None else f"{time} = {cells[at]}"
             for read, k in wanted:
                 cell = cells[k].replace(",", ".", 1) if decimal == "," else cells[k]
                 try:
@@ -93,7 +94,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
                 except ValueError:
                     dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                     raise RecordingError(
-                        f"line {number}, column {header[k]}: {shown(cells[k])} is not "
+                        f"{place}, column {header[k]}: {shown(cells[k])} is not "
                         f"{dates if read is _date else 'a number'}"
                     ) from None
         found = dict(zip(used, np.ascontiguousarray(np.reshape(values, (-1, len(used))).T), strict=True))

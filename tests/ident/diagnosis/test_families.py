@@ -68,10 +68,8 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
         np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
     part = read_description(None, re.findall("'(.*?)'", found.advice)).q
-    unit = np.pi / 180.0 if of_degrees else 1.0
-    np.testing.assert_allclose(
-        np.multiply(part.factor, unit * (percent[1] + part.zero)), right[1], atol=1e-5
-    )  # 7 digits
+    unit = np.array(part.factor) * (np.pi / 180.0 if of_degrees else 1.0)
+    np.testing.assert_allclose(unit * (percent[1] + part.zero), right[1], atol=1e-5)  # 7 digits
 
 
 def test_lines_that_are_advised_decode_the_log_as_the_hypothesis_does(sound, tmp_path):

@@ -67,7 +67,7 @@ def cell(tmp_path_factory) -> Path:
 
 
 def test_a_foreign_log_is_written_as_a_recording(cell, tmp_path, capsys):
-    out = tmp_path / "out" / "log.parquet"
+    out = tmp_path / "log.parquet"
     words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out", str(out), "--json"]
     assert main(words) == 0
     told = printed(capsys, "convert")
@@ -216,3 +216,10 @@ def test_lines_of_the_command_line_complete_declared_columns(tmp_path, capsys):
     expected = np.deg2rad(Q[:, [1, 0]]) * [1.0, 0.4]
     np.testing.assert_allclose(read_recording(tmp_path / "new.csv").q, expected, rtol=1e-15)
     assert "--state says q, and so does" in refused(capsys, [*words, "q.unit = 'rad'", "--columns", "q=q2,q1[deg]"])
+
+
+def test_the_folder_of_a_written_file_is_not_created(cell, tmp_path, capsys):
+    words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml")]
+    line = refused(capsys, [*words, "--out", str(tmp_path / "typo" / "log.parquet")])
+    assert line.endswith(f"typo/log.parquet: there is no folder {tmp_path / 'typo'}; create it, or correct the path\n")
+    assert not (tmp_path / "typo").exists()

@@ -253,6 +253,8 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     what = f"v{joints[0] + 1} is" if joints else "all currents are"
     words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
     advice = f"use one unit and one sign of the current in all logs: {_remedy(logs, scope, 'v.factor', factor)}"
+    if round(2.0 * abs(np.log2(abs(scale)))) == 1:
+        advice += "; if one has peaks and one rms, with 1.414 or 0.7071"
     if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
         advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     return Alternative(

@@ -18,7 +18,7 @@ class ConvertedChannel(ResultModel):
     unit: str = Field(description="Name of the column's unit")
     sign: float = Field(description="Ratio of the direction of the joint to that of the column, 1 or -1")
     zero: float = Field(0.0, description="Position at a reading of 0, added after the sign, in `unit`")
-    factor: float = Field(1.0, description="Factor of the result")
+    factor: float = Field(1.0, description="Factor of the result, such as 1 over the ratio of a gear")
 
 
 class Converted(ResultModel):

@@ -219,6 +219,10 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
 
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
 """Grid of scales, in steps of a fifth; every twelfth one is a power of ten."""
+NATURAL = (*(10.0**k for k in range(-6, 7) if k), *(2.0**k for k in (-0.5, 0.5)))
+"""Scales by another unit, or by peaks instead of rms."""
+SCALE_STD = 0.05
+"""Difference from these that friction, which differs between logs, may cause in a scale found without a payload."""
 LARGEST_SCALE = 0.3
 """Largest relative change for which the first order is valid."""
 
@@ -252,9 +256,12 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     factor = np.where(own, 1.0 / scale, 1.0)
     what = f"v{joints[0] + 1} is" if joints else "all currents are"
     words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
-    advice = f"use one unit and one sign of the current in all logs: {_remedy(logs, scope, 'v.factor', factor)}"
-    if round(2.0 * abs(np.log2(abs(scale)))) == 1:
-        advice += "; if one has peaks and one rms, with 1.414 or 0.7071"
+    natural = min(NATURAL, key=lambda each: abs(np.log(abs(scale) / each)))
+    exact = f"; {1.0 / scale:.4g} fits best" if abs(scale) != natural else ""
+    if abs(np.log(abs(scale) / natural)) > SCALE_STD:
+        natural, exact = abs(scale), ""
+    line = _remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
+    advice = f"use one unit and one sign of the current in all logs: {line}{exact}"
     if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
         advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     return Alternative(
@@ -300,8 +307,10 @@ RATIOS = np.geomspace(2.0, 2e8, 930)
 """Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
 MOST_RATIO = 500.0
 """Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
-OF_ALL = np.concatenate((np.arange(2.0, MOST_RATIO), 2.0 ** np.arange(8, 31) / (2.0 * np.pi)))
-"""Ratios that all joints may have together, and counts of their encoders per radian."""
+OF_ALL = np.concatenate(
+    (np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), 2.0 ** np.arange(8, 31) / (2.0 * np.pi))
+)
+"""Ratios that all joints may have together, also of motors logged in turns, and counts of encoders per radian."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -351,6 +360,8 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
 def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:
     """Return positions of joints on the motor side of a gear, or as counts of an encoder."""
     words = f"on the motor's side of a gear of ratio {ratio:.4g}"
+    if len(joints) > 1:
+        words += f", or of {2.0 * np.pi * ratio:.4g} in turns"
     if abs(ratio) > MOST_RATIO:
         words = f"in counts of an encoder, {2.0 * np.pi * ratio:.6g} per turn"
     found = in_unit(logs, logs.every, joints, 1.0 / ratio, words)

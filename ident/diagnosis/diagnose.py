@@ -58,7 +58,12 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
-    if len(of_logs) == MOST and joints_beyond_limits(logs):  # none of these is the cause
+    common = bool(of_logs) and of_logs[0].best.alternative.key == (
+        "ratio",
+        (),
+        logs.every,
+    )  # explains nearly all, or nothing
+    if joints_beyond_limits(logs) and len(of_logs) >= (3 if common else MOST):
         of_logs, found = [], list[Fault]()
     if known is not None and not of_logs:
         of_logs = [*known.beyond_first_order(seen)]

@@ -6,7 +6,7 @@ values but determines the meaning of gains, so it must be declared.
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
@@ -276,7 +276,7 @@ STATE = "--state"
 """Option that adds a line to a description."""
 
 
-def line_of(key: str, values: Sequence[float]) -> str:
+def line_of(key: str, values: Iterable[float]) -> str:
     """Return the option that states a key of a part, such as `q.factor`: one value for all joints if they are equal."""
     each = [f"{value:.7g}" for value in values]
     value = each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"

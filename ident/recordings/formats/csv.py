@@ -29,8 +29,11 @@ NO_ROW = "expected a header line and at least one row"
 SEPARATORS = (",", ";", "\t", "|", " ")
 MARKS = {b"\xff\xfe\x00\x00": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8"}
 """Byte order marks; spreadsheets write them."""
-BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat"}
-"""First bytes of formats that are known by the ending of the name."""
+BINARY = {
+    b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat",
+    b"{": "JSON; name it .jsonl if each line is an object", b"<": "XML; write a table with a row for each sample",
+}  # fmt: skip
+"""First bytes of formats that are no tables, or are known by the ending of the name."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _WORDS = re.compile("[a-df-mo-zA-DF-MO-Z]")

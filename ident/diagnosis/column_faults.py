@@ -321,9 +321,7 @@ def units(logs: Logs) -> Iterator[Alternative]:
         together = [tuple(joints)] if len(joints) > 1 else []
         for (name, factor), which in product(own.items(), [*together, *((j,) for j in joints)]):
             for scope in scopes(len(logs.recordings)):
-                found = in_unit(logs, scope, which, factor, f"in {name}")
-                if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
-                    yield found
+                yield from _reached(logs, in_unit(logs, scope, which, factor, f"in {name}"))
     turning = tuple(np.flatnonzero(arm.revolute).tolist())
     beyond = tuple(sorted({j for log in logs.recordings for j in beyond_limits(arm, log)} & {*turning}))
     # ratios of several joints are found only if they are equal
@@ -331,10 +329,14 @@ def units(logs: Logs) -> Iterator[Alternative]:
         least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
         ratios = RATIOS if len(joints) == 1 else OF_ALL
         for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
-            found = geared(logs, joints, ratio)
-            hows = zip(logs.recordings, found.hypothesis.logs, strict=True)
-            if all(within_limits(arm, log, how) for log, how in hows):
-                yield found
+            yield from _reached(logs, geared(logs, joints, ratio))
+
+
+def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
+    """An alternative, if it moves all joints enough and within their limits."""
+    arm, hows = logs.structure.arm, found.hypothesis.logs
+    if all(within_limits(arm, logs.recordings[k], hows[k]) for k in found.logs):
+        yield found
 
 
 def normalised(logs: Logs) -> Iterator[Alternative]:
@@ -353,8 +355,7 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
             hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
             advice=f"{_remedy(logs, logs.every, 'q.factor', unit * logged)} {line_of('q.zero', zero / unit)}",
         )  # fmt: skip
-        if all(within_limits(arm, log, how) for log, how in zip(logs.recordings, found.hypothesis.logs, strict=True)):
-            yield found
+        yield from _reached(logs, found)
 
 
 def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:

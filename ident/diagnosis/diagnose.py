@@ -63,9 +63,10 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         (),
         logs.every,
     )  # explains nearly all, or nothing
-    if joints_beyond_limits(logs) and len(of_logs) >= (3 if common else MOST):
+    impossible = bool(joints_beyond_limits(logs))
+    if impossible and len(of_logs) >= (3 if common else MOST):
         of_logs, found = [], list[Fault]()
-    if known is not None and not of_logs:
+    if known is not None and not of_logs and not impossible:
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction

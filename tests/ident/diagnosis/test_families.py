@@ -106,6 +106,16 @@ def test_positions_of_joints_beside_currents_of_motors_are_converted_as_advised(
         np.testing.assert_allclose(converted, q @ A.T, rtol=1e-12)
 
 
+def test_a_differential_turns_by_half_of_a_sum_and_a_ratio_that_is_far_off_is_refined_by_factors(sound):
+    halves = [each for each in arm_faults.transmissions(sound) if "half of" in each.words]
+    blocks = [each.hypothesis.transmission[np.ix_(each.joints, each.joints)].tolist() for each in halves]
+    assert blocks == [[[0.5, 0.5], [0.5, -0.5]], [[0.5, -0.5], [0.5, 0.5]]] * 2
+    assert "motor 1 turns by half of joint 1 plus joint 2 and motor 2 turns by half of joint 1 minus" in halves[0].words
+    far = arm_faults.shared(sound, 1, 1, 1.3)
+    assert far.words == "motor 2 turns by 2.3 times the stated angle"
+    np.testing.assert_allclose(far.refined(np.array([0.1])).hypothesis.transmission[1, 1], 2.3 * 1.1, rtol=1e-12)
+
+
 def test_the_advice_on_a_coupling_of_positions_undoes_it(sound):
     log, found = sound.recordings[1], list(column_faults.couplings(sound))
     assert len(found) == 8  # either neighbour of three joints, plus or minus

@@ -16,6 +16,7 @@ from ident.diagnosis.hypothesis import beyond_limits
 from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import (
+    advice_on_units,
     cause_of,
     check_load,
     check_payloads,
@@ -295,7 +296,7 @@ def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
                 name="joint limits",
                 severity=Severity.WRONG,
                 sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
-                advice="check units (degrees, motor side), zeros and the model's limits",
+                advice=advice_on_units(log.recording),
                 joints=tuple(beyond),
                 logs=(name,),
             )

@@ -12,6 +12,7 @@ import numpy as np
 from ident.diagnosis.hypothesis import STILL, Alternative, Hypothesis, Logs, small
 from ident.diagnosis.models import LARGEST_ANGLE, Reference
 from ident.model.displacement import Dynamics, across
+from ident.recordings.description import line_of
 from ident.support.arrays import Array
 from ident.support.naming import enumerated
 
@@ -20,11 +21,10 @@ TURNING = (
     ((1.0, 0.0), (-1.0, 1.0)),
     ((1.0, 1.0), (0.0, 1.0)),
     ((1.0, -1.0), (0.0, 1.0)),
-    ((1.0, 1.0), (1.0, -1.0)),
-    ((1.0, -1.0), (1.0, 1.0)),
+    *(((share, sign * share), (share, -sign * share)) for share in (1.0, 0.5) for sign in (1.0, -1.0)),
 )
 """Motions of the motors of two neighbouring joints by these: a parallelogram or a wrist, from either side, and both
-differentials."""
+differentials, with the sum of the joints' angles or half of it."""
 
 
 def transmissions(logs: Logs) -> Iterator[Alternative]:
@@ -87,9 +87,13 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     words = f"motor {motor + 1} also turns by {share:.3g} times the angle of joint {joint + 1}"
     if motor == joint:
         words = f"motor {motor + 1} turns by {1.0 + share:.4g} times the stated angle"
-    advice = f"measure it, and state {_stated(A, 4)} in robot.toml"
+    remedy = f"state {_stated(A, 4)} in robot.toml"
+    if motor == joint and logs.structure.arm.transmission is None:
+        remedy = f"add {line_of('q.factor', 1.0 / np.diag(A))}"
+    advice = f"measure it, and {remedy}"
     found = replace(_turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio")
-    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + float(more[0])))
+    step = 1.0 + share if motor == joint else 1.0
+    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + step * float(more[0])))
 
 
 def _turned(
@@ -110,7 +114,8 @@ def _stated(A: Array, digits: int = 6) -> str:
 def _sum(row: Sequence[float], j: int) -> str:
     """Sum of the positions of a joint, from 0, and the next one, with signs, in words."""
     first, second = (j + 1, j + 2) if row[0] > 0.0 else (j + 2, j + 1)
-    return f"joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
+    half = "half of " if abs(row[0]) < 1.0 and row[1] else ""
+    return f"{half}joint {first} {'plus' if row[0] == row[1] else 'minus'} joint {second}"
 
 
 SAME = 1e-6

@@ -12,7 +12,7 @@ from ident.numerics.neighbours import long_runs, quantum, runs
 from ident.numerics.signals import edge_samples, group_means, low_passed
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
-from ident.recordings.checks import FASTEST, jumps, log_faults, spikes
+from ident.recordings.checks import FASTEST, foreign_unit, jumps, log_faults, spikes
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, Indices, Mask, once_per_object
 
@@ -28,6 +28,7 @@ def wraps(recording: Recording) -> Indices:
     turned = np.abs(np.abs(step) - TURN) < NEAR_TURN * TURN
     if turned.any():
         turned &= np.abs(step) > FASTEST * np.maximum(interval, np.median(interval))
+        turned &= np.array([[foreign_unit(q) == 1.0] for q in recording.q.T])
     return np.where(turned, np.sign(step), 0.0).astype(np.intp)
 
 

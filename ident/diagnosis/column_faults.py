@@ -3,16 +3,27 @@
 Each kind has large cases, as hypotheses on the logs, or small ones, as columns of currents, or both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, in_logs, scopes, small, within_limits
+from ident.diagnosis.hypothesis import (
+    STILL,
+    Alternative,
+    Logs,
+    beyond_limits,
+    in_logs,
+    names_apart,
+    scopes,
+    small,
+    within_limits,
+)
 from ident.diagnosis.models import LARGEST_ANGLE, Reference
 from ident.model.displacement import Dynamics
+from ident.recordings.description import line_of
 from ident.support.arrays import Array, Indices
 
 TURNS = (0, 90, 180, 270)
@@ -29,8 +40,17 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
         own, q = np.where(np.arange(arm.n) == j, -1.0, 1.0), f"q{j + 1} and v{j + 1}"
         yield Alternative(
             family="joint reversed", words=in_logs(f"{q} are negated", scope, logs.names), joints=(j,), logs=scope,
-            hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own), advice=f"negate {q} in these logs",
+            hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own),
+            advice=f"{_remedy(logs, scope, 'q.factor', own)} {line_of('v.factor', own)}",
         )  # fmt: skip
+
+
+def _remedy(logs: Logs, scope: Sequence[int], key: str, values: Array) -> str:
+    """What to do about some logs: the line of a description that corrects them."""
+    if len(scope) == len(logs.names):
+        return f"add {line_of(key, values)}"
+    short = names_apart(logs.names)
+    return f"rx90 convert {' and '.join(short[k] for k in scope)} with {line_of(key, values)}"
 
 
 def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -57,11 +77,13 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
         words, corrected = f"{q} is negated" + (f" and its zero off by {size_text}" if off else ""), f"-{q}"
     if off:
         corrected += f" {'plus' if size > 0.0 else 'minus'} {size_text}"
+    factor = np.where(own, sign, 1.0)
+    remedy = f"use {corrected}" if off else _remedy(logs, scope, "q.factor", factor)
     return Alternative(
         family="sign" if sign < 0.0 else "zero", parameter="zero", words=in_logs(words, scope, logs.names),
         joints=(joint,), logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0)),
-        advice=f"use {corrected}, or correct the model", value=size, unit="degrees" if revolute else "mm",
+        hypothesis=logs.given.changed(scope, q_factor=factor, zero=np.where(own, zero, 0.0)),
+        advice=f"{remedy}, or correct the model", value=size, unit="degrees" if revolute else "mm",
         refined=lambda more: turned(logs, joint, scope, sign, zero + float(more[0])),
     )  # fmt: skip
 
@@ -155,7 +177,7 @@ def couplings(logs: Logs) -> Iterator[Alternative]:
             yield Alternative(
                 family="coupling", words=f"q{j + 1} is the position of joint {j + 1} {sign} that of joint {i + 1}",
                 joints=(j,), logs=logs.every, hypothesis=logs.given.changed(logs.every, q_mixing=mixing),
-                advice=f"state coupling = [[{j + 1}, {remedy}{i + 1}]] in [q] of a log description",
+                advice=f"add --state 'q.coupling = [[{j + 1}, {remedy}{i + 1}]]'",
             )  # fmt: skip
 
 
@@ -189,7 +211,8 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
     words = f"the clock is wrong: t must be multiplied by {factor:.4g}"
     return Alternative(
         family="clock", words=in_logs(words, scope, logs.names), joints=(), logs=scope,
-        hypothesis=logs.given.changed(scope, clock=factor), advice="log the controller's own time, in seconds",
+        hypothesis=logs.given.changed(scope, clock=factor),
+        advice=f"log the controller's own time, in seconds, or {_remedy(logs, scope, 't.factor', np.array([factor]))}",
         value=100.0 * (factor - 1.0), unit="%",
         refined=lambda more: timed(logs, scope, factor * float(np.exp(more[0]))),
     )  # fmt: skip
@@ -199,6 +222,10 @@ SIGN = "current sign"
 """Family of negated currents of one log."""
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
 """Grid of scales, in steps of a fifth; every twelfth one is a power of ten."""
+NATURAL = (*(10.0**k for k in range(-6, 7) if k), *(2.0**k for k in (-0.5, 0.5)))
+"""Scales by another unit, or by peaks instead of rms."""
+SCALE_STD = 0.05
+"""Difference from these that friction, which differs between logs, may cause in a scale found without a payload."""
 LARGEST_SCALE = 0.3
 """Largest relative change for which the first order is valid."""
 
@@ -228,16 +255,21 @@ def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
     """Return currents of a log with a factor relative to the unit of the others."""
     own = np.isin(np.arange(logs.structure.arm.n), joints) | (not joints)
+    factor = np.where(own, 1.0 / scale, 1.0)
     what = f"v{joints[0] + 1} is" if joints else "all currents are"
     words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
-    advice = "use one unit and one sign of the current in all logs"
+    natural = min(NATURAL, key=lambda each: abs(np.log(abs(scale) / each)))
+    exact = f"; {1.0 / scale:.4g} fits best" if abs(scale) != natural else ""
+    if abs(np.log(abs(scale) / natural)) > SCALE_STD:
+        natural, exact = abs(scale), ""
+    line = _remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
+    advice = f"use one unit and one sign of the current in all logs: {line}{exact}"
     if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
         advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     return Alternative(
         family=SIGN if scale < 0.0 else "current scale", parameter="current scale",
         words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
-        hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
-        advice=advice, value=scale, unit="",
+        hypothesis=logs.given.changed(scope, v_factor=factor), advice=advice, value=scale, unit="",
         refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),
     )  # fmt: skip
 
@@ -273,8 +305,14 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
 LENGTHS = {"millimetres": 1e-3}
 """Factors from units of angle to radians, and from units of length to metres."""
-RATIOS = np.geomspace(2.0, 500.0, 280)
-"""Plausible gear ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
+RATIOS = np.geomspace(2.0, 2e8, 930)
+"""Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
+MOST_RATIO = 500.0
+"""Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
+OF_ALL = np.concatenate(
+    (np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), 2.0 ** np.arange(8, 31) / (2.0 * np.pi))
+)
+"""Ratios that all joints may have together, also of motors logged in turns, and counts of encoders per radian."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -285,12 +323,22 @@ def units(logs: Logs) -> Iterator[Alternative]:
         together = [tuple(joints)] if len(joints) > 1 else []
         for (name, factor), which in product(own.items(), [*together, *((j,) for j in joints)]):
             for scope in scopes(len(logs.recordings)):
-                found = in_unit(logs, scope, which, factor, f"in {name}")
-                if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
-                    yield found
-    beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
-    if len(beyond) == 1 and arm.revolute[min(beyond)]:  # the ratios of several joints cannot be found separately
-        yield from (geared(logs, min(beyond), ratio) for ratio in np.concatenate((RATIOS, -RATIOS)).tolist())
+                yield from _reached(logs, in_unit(logs, scope, which, factor, f"in {name}"))
+    turning = tuple(np.flatnonzero(arm.revolute).tolist())
+    beyond = tuple(sorted({j for log in logs.recordings for j in beyond_limits(arm, log)} & {*turning}))
+    # ratios of several joints are found only if they are equal
+    for joints, sign in product({beyond, turning} if len(beyond) == 1 else {turning} if beyond else (), (1.0, -1.0)):
+        least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
+        ratios = RATIOS if len(joints) == 1 else OF_ALL
+        for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
+            yield from _reached(logs, geared(logs, joints, ratio))
+
+
+def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
+    """An alternative, if it moves all joints enough and within their limits."""
+    arm, hows = logs.structure.arm, found.hypothesis.logs
+    if all(within_limits(arm, logs.recordings[k], hows[k]) for k in found.logs):
+        yield found
 
 
 def normalised(logs: Logs) -> Iterator[Alternative]:
@@ -302,24 +350,26 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
     for (lowest, share), taken_for in product(((-100, 0.01), (0, 0.02)), ("degrees", "")):
         zero, unit = middle if lowest else arm.lower, share * half  # position at a logged 0, and of one per cent
         logged = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
-        counts = ", ".join(f"{each:.6g}" for each in 2.0 * np.pi / unit)
-        zeros = ", ".join(f"{each:.4g}" for each in zero / unit)
         words = f"all positions are per cent of each joint's range, {lowest} to 100"
         words += f", taken for {taken_for}" if taken_for else ""
         found = Alternative(
             family="normalised", words=words, joints=(), logs=logs.every,
             hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
-            advice=f'state unit = "ticks", counts_per_turn = [{counts}], zero = [{zeros}] in [q] of a log description',
+            advice=f"{_remedy(logs, logs.every, 'q.factor', unit * logged)} {line_of('q.zero', zero / unit)}",
         )  # fmt: skip
-        if all(within_limits(arm, log, how) for log, how in zip(logs.recordings, found.hypothesis.logs, strict=True)):
-            yield found
+        yield from _reached(logs, found)
 
 
-def geared(logs: Logs, joint: int, ratio: float) -> Alternative:
-    """Return positions of a joint on the motor side of a gear."""
-    found = in_unit(logs, logs.every, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-    found = found.of_size(ratio, None, lambda more: geared(logs, joint, ratio * (1.0 + float(more[0]))))
-    return replace(found, searched=True)
+def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:
+    """Return positions of joints on the motor side of a gear, or as counts of an encoder."""
+    words = f"on the motor's side of a gear of ratio {ratio:.4g}"
+    if len(joints) > 1:
+        words += f", or of {2.0 * np.pi * ratio:.4g} in turns"
+    if abs(ratio) > MOST_RATIO:
+        words = f"in counts of an encoder, {2.0 * np.pi * ratio:.6g} per turn"
+    found = in_unit(logs, logs.every, joints, 1.0 / ratio, words)
+    found = found.of_size(ratio, None, lambda more: geared(logs, joints, ratio * (1.0 + float(more[0]))))
+    return replace(found, searched=True, parameter="ratio", advice=f"{found.advice}, with the exact ratio")
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
@@ -327,8 +377,8 @@ def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor:
     arm, first = logs.structure.arm, min(joints)
     every = len(joints) == int(np.sum(arm.revolute == arm.revolute[first])) and len(joints) > 1
     what = "all positions are" if every else f"q{first + 1} is"
+    factors = np.where([j in joints for j in range(arm.n)], factor, 1.0)
     return Alternative(
         family="unit", words=in_logs(f"{what} {words}", scope, logs.names), joints=() if every else joints, logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=np.where([j in joints for j in range(arm.n)], factor, 1.0)),
-        advice="convert the positions to radians and metres of the joints",
+        hypothesis=logs.given.changed(scope, q_factor=factors), advice=_remedy(logs, scope, "q.factor", factors),
     )  # fmt: skip

@@ -44,6 +44,7 @@ from ident.diagnosis.search import (
     direction_of,
     directions,
     faults,
+    joints_beyond_limits,
     refined,
     survey,
 )
@@ -65,7 +66,15 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
-    if known is not None and not of_logs:
+    common = bool(of_logs) and of_logs[0].best.alternative.key == (
+        "ratio",
+        (),
+        logs.every,
+    )  # explains nearly all, or nothing
+    impossible = bool(joints_beyond_limits(logs))
+    if impossible and len(of_logs) >= (3 if common else MOST):
+        of_logs, found = [], list[Fault]()
+    if known is not None and not of_logs and not impossible:
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     signs = {each.alternative.joints for each in seen.gross if each.alternative.family == SIGN and not each.excluded}

@@ -25,7 +25,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
 from ident.diagnosis.effects import claimed, consequence, severity_of
-from ident.diagnosis.motion_quality import acceleration_of_unit_noise
+from ident.diagnosis.motion_quality import acceleration_of_unit_noise, position_quanta, quiet_cutoff
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
 from ident.estimation.estimators.iv import instrumental_gains
@@ -34,6 +34,7 @@ from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.sweep import inertia_matrices
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
 from ident.numerics.least_squares import column_space
+from ident.observation.observation import ObserveOptions
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from ident.support.naming import joint_list
@@ -206,9 +207,6 @@ def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], 
     return tuple(found)
 
 
-NOISY = "the positions are too noisy or too coarse for these filters"
-
-
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
     """Return the diagnosis of gains that encoder noise biases, according to the estimator that it does not bias.
 
@@ -232,10 +230,16 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
     wrong = severity_of(effects) is Severity.WRONG
     if wrong or doubted:  # less may be chance, or the other model
         own = effects if wrong else doubted
+        behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
+        lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
+        steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
+        step, j = max(steps, default=(0.0, 0))
+        noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
+        cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
         yield Diagnosis(
             name="encoder noise", severity=Severity.WRONG if wrong else Severity.WEAK,
-            sentence=f"{NOISY}{consequence(own)}", cause=NOISY, effects=tuple(own),
-            advice="lower --cutoff-hz to what the motion needs, use --method iv, or log at a higher rate",
+            sentence=f"{cause}{consequence(own)}", cause=cause, effects=tuple(own),
+            advice=f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate",
         )  # fmt: skip
 
 

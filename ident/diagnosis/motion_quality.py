@@ -100,6 +100,13 @@ def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
     return position_noise(even) * unit / np.where(rms > 0.0, rms, np.inf)
 
 
+def quiet_cutoff(recording: Recording, options: ObserveOptions) -> float:
+    """Cut-off [Hz] at which `NOISY_ACCELERATION` is left: the rms of the noise grows with its power of 2.5."""
+    share = min(float(acceleration_noise(recording, options).max()), 0.99)
+    of_motion = share / np.sqrt(1.0 - share**2)  # the rms of the acceleration includes the noise
+    return options.cutoff_hz * min(1.0, (NOISY_ACCELERATION / of_motion) ** 0.4) if share else options.cutoff_hz
+
+
 def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Check noise and resolution of positions and currents; the worst joint of each is reported."""
     name, steps = recording.name, [(step, j) for j, step in enumerate(position_quanta(recording)) if step is not None]
@@ -117,7 +124,8 @@ def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
             name, "noise of q",
             f"q{j + 1} has noise of {sigma[j]:.2g} {unit}, {two_digits(100.0 * share[j])} % of its filtered "
             "acceleration",
-            "lower --cutoff-hz, or use --method iv" if share[j] > NOISY_ACCELERATION else None,
+            f"use --cutoff-hz {quiet_cutoff(recording, observing):.2g}, or --method iv"
+            if share[j] > NOISY_ACCELERATION else None,
             joints=(j,), value=100.0 * share[j], unit="% of the acceleration",
         ),
         finding(

@@ -26,6 +26,7 @@ from ident.model.arm import Arm
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
+from ident.recordings.description import STATE, line_of
 from ident.recordings.recording import NO_JOINT, Motion, Recording, share_samples
 from ident.support.arrays import Array, readonly
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
@@ -52,16 +53,28 @@ def check_joints(arm: Arm, recording: Recording) -> None:
 def check_positions(arm: Arm, recording: Recording) -> None:
     """Refuse positions beyond the limits of the arm, by `RecordingError`, and report if they look like degrees."""
     check_joints(arm, recording)
-    for j in np.flatnonzero(arm.revolute).tolist():
-        (lower, upper), low, high = reach(arm, j), float(recording.q[:, j].min()), float(recording.q[:, j].max())
-        if low < lower - SLACK or high > upper + SLACK:
-            reachable = np.deg2rad(low) >= lower - SLACK and np.deg2rad(high) <= upper + SLACK
-            degrees = reachable and max(-low, high) > 2.0 * np.pi
-            advice = "the log looks like degrees; convert q to radians" if degrees else "check the model and the units"
-            raise RecordingError(
-                f"{recording.name}: q{j + 1} runs from {low:.4g} to {high:.4g}, outside the range {lower:.4g} to "
-                f"{upper:.4g} rad of {arm.joint_names[j]}; {advice}"
-            )
+    lowest, highest = recording.q.min(axis=0), recording.q.max(axis=0)
+
+    def beyond(unit: float) -> list[int]:
+        ends = [(j, *reach(arm, j)) for j in np.flatnonzero(arm.revolute).tolist()]
+        return [j for j, least, most in ends if unit * lowest[j] < least - SLACK or unit * highest[j] > most + SLACK]
+
+    for j in beyond(1.0)[:1]:
+        (lower, upper), low, high = reach(arm, j), float(lowest[j]), float(highest[j])
+        degrees = not beyond(np.deg2rad(1.0)) and max(-low, high) > 2.0 * np.pi
+        like_degrees = f"the log looks like degrees; add {line_of('q.factor', [np.deg2rad(1.0)])}"
+        raise RecordingError(
+            f"{recording.name}: q{j + 1} runs from {low:.4g} to {high:.4g}, outside the range {lower:.4g} to "
+            f"{upper:.4g} rad of {arm.joint_names[j]}; {like_degrees if degrees else advice_on_units(recording)}"
+        )
+
+
+def advice_on_units(recording: Recording) -> str:
+    """What to do about positions beyond the limits, if no one unit of all joints explains them."""
+    if (recording.q == np.rint(recording.q)).all():
+        lines = f"{STATE} 'q.unit = \"ticks\"' 'q.counts_per_turn = [..]'"
+        return f"all are whole numbers, as counts of encoders: add {lines}, per turn of each joint"
+    return f"check model, zeros and units; of the motor's side: add {STATE} 'q.factor = [..]', 1 / ratio of each joint"
 
 
 def check_different(recordings: Sequence[Recording]) -> None:

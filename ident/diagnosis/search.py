@@ -14,7 +14,7 @@ import numpy as np
 
 from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement, z_of
 from ident.diagnosis.families import FAMILIES, Family
-from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
+from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, read_as, scored_as
 from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.screening import Screened, screened
 from ident.support.arrays import Array
@@ -32,7 +32,7 @@ LOOKED_AT = 3
 """Number of best alternatives of each kind that are compared exactly."""
 MOST = 4
 """Largest number of faults and terms in one set of logs."""
-REFINED, SETTLED = 5, 0.5
+REFINED, SETTLED = 9, 0.5
 """Largest number of steps that refine the size of a fault, and step, in standard deviations, below which they end."""
 
 
@@ -227,6 +227,8 @@ def faults(
         tells = seen.logs.problem is original  # the estimate has the rows of the logs as they are
         full = _in_full(seen, harmless if tells else lambda _: False)
         found = [each for each in (*full, *terms) if each.z > SHOWN]
+        if beyond := joints_beyond_limits(seen.logs):  # nothing else explains impossible positions
+            found = [each for each in found if isinstance(each, Exact) and joints_beyond_limits(each.read) < beyond]
         rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found else []
         likely = [each.alternative for each in screened(seen.logs, rest) if each.gain > WORTH][:LOOKED_AT]
         exact = (compared(seen.logs, each) for each in likely)
@@ -243,6 +245,11 @@ def faults(
     return add_significant(
         seen, significant, extended, most=MOST, confirms=lambda each: isinstance(each, FirstOrder) or confirms(each)
     )
+
+
+def joints_beyond_limits(logs: Logs) -> int:
+    """Number of joints beyond their limits, in all logs."""
+    return sum(len(beyond_limits(logs.structure.arm, each)) for each in logs.recordings)
 
 
 def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact]:

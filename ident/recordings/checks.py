@@ -89,7 +89,7 @@ def log_faults(recording: Recording, *, t_unit: str = "s") -> Iterator[LogFault]
 def spikes(recording: Recording) -> tuple[Mask, Mask]:
     """Return masks of spikes of positions and of currents, both of shape (N, n)."""
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
-    q = [_many_spikes(x, fastest)[0] for x in recording.q.T]
+    q = [_many_spikes(x, fastest * foreign_unit(x))[0] for x in recording.q.T]
     v = [_few_spikes(x) | _many_spikes(x, float("inf"))[0] for x in recording.v.T]
     return np.column_stack(q), np.column_stack(v)
 
@@ -132,7 +132,7 @@ def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
             later.append(LogFault(j, sentence, REPAIR))
 
     for j, q in enumerate(np.ascontiguousarray(recording.q.T)):
-        add_many("q", j, q, *_many_spikes(q, fastest))
+        add_many("q", j, q, *_many_spikes(q, fastest * foreign_unit(q)))
         jumped, step = jumps(recording, j), np.diff(q)
         if not jumped.any():
             continue
@@ -189,6 +189,12 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     low, high = np.quantile(x, MIDDLE)
     found = odd & (away > min(far, 0.5 * float(high - low)))
     return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
+
+
+def foreign_unit(q: Array) -> float:
+    """Factor of a position's unit if it is not radians or metres: its usual range in four turns, at least 1."""
+    near = TURNS[0][0] * 4.0
+    return max(1.0, float(np.ptp(np.quantile(q, MIDDLE))) / near) if np.ptp(q) > near else 1.0
 
 
 def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:

@@ -6,14 +6,16 @@ values but determines the meaning of gains, so it must be declared.
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, NamedTuple, cast
+
+import numpy as np
 
 from ident.support.errors import RecordingError
-from ident.support.files import read_toml
+from ident.support.files import parsed_toml, read_toml
 from ident.support.naming import one_line, shown
 from ident.support.options import Key, is_number, is_table, keys_of, one_of, strict_table
 
@@ -168,7 +170,8 @@ class Channels:
         unit: Units.
         counts_per_turn: Encoder counts per turn of the joint, for positions in ticks.
         sign: 1 or -1.
-        zero: Offset added to a position after its sign, in the log's unit: the position at a logged 0.
+        factor: Factor of the result: 1 / ratio for a position of the motor, a rated current for shares of it, ..
+        zero: Offset added to a position after its sign, in the log's unit: the position at a logged 0, without factor.
         coupling: Pairs J, I of joints, from 1: the position of J is that logged plus that logged of I, or minus it
             for a negative I.
         sign_bit: Bit that is set for negative numbers, beside their magnitude; 0 for none.
@@ -181,6 +184,7 @@ class Channels:
     unit: Annotated[tuple[str, ...], TEXTS] = ()
     counts_per_turn: Annotated[tuple[float, ...], NOT_ZERO] = ()
     sign: Annotated[tuple[float, ...], SIGNS] = ()
+    factor: Annotated[tuple[float, ...], NOT_ZERO] = ()
     zero: Annotated[tuple[float, ...], Key(NUMBERS, _is_number, many=True)] = ()
     coupling: Annotated[tuple[tuple[int, int], ...], COUPLING] = ()
     sign_bit: Annotated[tuple[float, ...], BITS] = ()
@@ -189,16 +193,33 @@ class Channels:
 
     def over(self, known: "Channels") -> "Channels":
         """Return these completed by those of a layout, unless columns are declared."""
-        if self.columns:
-            return self
-        own = {each.name: getattr(self, each.name) for each in fields(self)}
-        return replace(known, **{name: value for name, value in own.items() if value != getattr(NOTHING, name)})
+        return self if self.columns else replace(known, **self.stated)
 
     @property
-    def each(self) -> Iterator[tuple[str, str, float, float, float, float, float, float]]:
-        """Column, unit, counts, sign, zero, sign bit, bits and constant of each joint, if there is one of each."""
-        values = (self.columns, self.unit, self.counts_per_turn, self.sign, self.zero, self.sign_bit, self.bits)
-        return zip(*values, self.constant or (), strict=True)
+    def stated(self) -> dict[str, tuple[object, ...]]:
+        """What is declared, by key."""
+        own = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in own.items() if value != getattr(NOTHING, name)}
+
+    @property
+    def each(self) -> Iterator["Channel"]:
+        """The channel of each joint, if there is one entry for each."""
+        values = (getattr(self, key) or () for key in Channel._field_defaults)
+        return (Channel(*own) for own in zip(self.columns, *values, strict=True))
+
+
+class Channel(NamedTuple):
+    """Description of one column, as in `Channels`; the defaults are what a column has that is not declared."""
+
+    column: str
+    unit: str = ""
+    counts_per_turn: float = 1.0
+    sign: float = 1.0
+    factor: float = 1.0
+    zero: float = 0.0
+    sign_bit: float = 0.0
+    bits: float = 0.0
+    constant: float = 1.0
 
 
 NOTHING = Channels()
@@ -243,7 +264,7 @@ class LogDescription:
 
 
 PARTS = {
-    "t": {"column": TEXTS, "unit": TEXTS, "rate_hz": RATE},
+    "t": {"column": TEXTS, "unit": TEXTS, "rate_hz": RATE, "factor": NOT_ZERO},
     "q": keys_of(Channels, without=("constant",)),
     "v": keys_of(Channels, without=("counts_per_turn", "zero", "coupling")),
     "file": keys_of(TextLayout),
@@ -251,9 +272,30 @@ PARTS = {
 """Keys of the tables of a description."""
 
 
-def read_description(path: str | Path) -> LogDescription:
-    """Read the description of a log; raises `RecordingError` if the file cannot be read or is not valid."""
-    place, table = one_line(path), read_toml(Path(path), error=RecordingError)
+STATE = "--state"
+"""Option that adds a line to a description."""
+
+
+def line_of(key: str, values: Iterable[float]) -> str:
+    """Return the option that states a key of a part, such as `q.factor`: one value for all joints if they are equal."""
+    each = [f"{value:.7g}" for value in values]
+    value = each[0] if len(set(each)) == 1 else f"[{', '.join(each)}]"
+    return f"{STATE} '{key} = {value}'"
+
+
+def read_description(path: str | Path | None, lines: Sequence[str] = ()) -> LogDescription:
+    """Read the description of a log, None for an empty one, with more lines such as `q.factor = 0.5`.
+
+    Factors that are stated several times are multiplied. Raises `RecordingError` if the file cannot be read, a part is
+    not valid, or another key is stated twice.
+    """
+    place, table = "log description", dict[str, object]()
+    if path is not None:
+        place, table = one_line(path), read_toml(Path(path), error=RecordingError)
+    for line in lines:
+        own = f"{STATE} {shown(line)}"
+        for key, value in parsed_toml(line, own, error=RecordingError).items():
+            table[key] = _stated_also(table.get(key), value, key, own)
     parts = {part: Key(f"a table of {', '.join(keys)}", is_table) for part, keys in PARTS.items()}
     found = strict_table(
         table, keys_of(LogDescription, without=("t", "q", "v", "text", "rate_hz")) | parts, RecordingError, place
@@ -276,6 +318,21 @@ def read_description(path: str | Path) -> LogDescription:
             found[part] = Channels(columns=columns, **values)
     found["only"] = tuple((name, float(value)) for name, value in found.get("only", {}).items())
     return LogDescription(**found)
+
+
+def _stated_also(known: object, value: object, key: str, place: str) -> object:
+    """Return a value of a description that a line states beside a known one, None if it is the first."""
+    if known is None:
+        return value
+    if isinstance(known, dict) and isinstance(value, dict):
+        first, more = cast("dict[str, object]", known), cast("dict[str, object]", value)
+        return first | {name: _stated_also(first.get(name), own, name, place) for name, own in more.items()}
+    each, other = (np.atleast_1d(np.asarray(one, dtype=object)) for one in (known, value))
+    sizes, numbers = {len(each), len(other)} - {1}, all(map(_is_number, (*each, *other)))
+    if key != "factor" or not numbers or len(sizes) > 1:
+        raise RecordingError(f"{place}: {key} = {shown(known)} is stated already; state it once")
+    product = (each * other).tolist()
+    return product if sizes else product[0]
 
 
 def spread(word: str, place: str) -> list[str]:

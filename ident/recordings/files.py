@@ -14,7 +14,17 @@ import numpy as np
 
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
-from ident.recordings.description import FIXED, MEANINGS, POSITION, TICKS, TIME, Channels, LogDescription
+from ident.recordings.description import (
+    FIXED,
+    MEANINGS,
+    POSITION,
+    STATE,
+    TICKS,
+    TIME,
+    Channel,
+    Channels,
+    LogDescription,
+)
 from ident.recordings.formats import SAMPLE, DataFrame, LogFormat, Table, with_times
 from ident.recordings.formats.arrays import ARRAYS, HDF5, JSON_LINES, MATLAB, PARQUET, arrow_array, frame_table
 from ident.recordings.formats.csv import CSV
@@ -121,27 +131,24 @@ def _log(place: str, table: Table, given: LogDescription, check: Callable[..., N
         raise RecordingError("no row satisfies all conditions of only = { .. }")
     meaning = MEANINGS.get(meant.signal or "")
 
-    def number(name: str, sign_bit: float, bits: float, turn: float = 0.0) -> Array:
-        x = decoded(columns[name][kept], sign_bit, bits)
-        if (likely := likely_encoding(x)) and float(x.max()) >= abs(turn):  # an encoder jumps at the end of a turn
-            kind = "q" if name in meant.q.columns else "v"
+    def number(kind: str, own: Channel) -> Array:
+        x = decoded(columns[own.column][kept], own.sign_bit, own.bits)
+        turn = own.counts_per_turn if own.unit == TICKS else 0.0  # an encoder jumps at its end
+        if (likely := likely_encoding(x)) and float(x.max()) >= abs(turn):
             raise RecordingError(
-                f"column {shown(name)} jumps where it crosses zero, as a register logged as read; state {likely} in "
-                f"[{kind}] of a log description"
+                f"column {shown(own.column)} jumps where it crosses zero, as a register logged as read; add "
+                f"{STATE} '{kind}.{likely}'"
             )
-        return x
+        return own.sign * x
 
     q = [
-        POSITION[unit]
-        / (turn if unit == TICKS else 1.0)
-        * (sign * number(name, sign_bit, bits, turn * (unit == TICKS)) + zero)
-        for name, unit, turn, sign, zero, sign_bit, bits, _ in meant.q.each
-    ]
-    v = [
-        sign * (meaning.units[unit] if meaning else 1.0) / constant * number(name, sign_bit, bits)
-        for name, unit, _, sign, _, sign_bit, bits, constant in meant.v.each
-    ]
-    t = np.sum([columns[name][kept] * TIME[unit] for name, unit, *_ in meant.t.each], axis=0)
+        own.factor * POSITION[own.unit] / (own.counts_per_turn if own.unit == TICKS else 1.0)
+        * (number("q", own) + own.zero)
+        for own in meant.q.each
+    ]  # fmt: skip
+    units = meaning.units if meaning else {"": 1.0}
+    v = [own.factor * units[own.unit] / own.constant * number("v", own) for own in meant.v.each]
+    t = np.sum([own.factor * columns[own.column][kept] * TIME[own.unit] for own in meant.t.each], axis=0)
     positions = np.column_stack(q)
     for j, i in meant.q.coupling:
         if max(j, abs(i)) > len(q):

@@ -19,20 +19,17 @@ from ident.recordings.description import (
     TICKS,
     TIME,
     TORQUE_FROM_CURRENT,
+    Channel,
     Channels,
     LogDescription,
     described,
 )
 from ident.recordings.formats import MOST_COLUMNS, OURS, Table, entry, listed
 from ident.support.errors import RecordingError
-from ident.support.naming import nearest, shown
+from ident.support.naming import nearest, one_line, shown
 
 CURRENT = re.compile(r"^observation\.current\.|\.current$")
 """Name of a column of currents, not torques, of a dataset of LeRobot."""
-
-PLAIN = {"unit": "", "sign": 1.0} | dict.fromkeys(("counts_per_turn", "constant"), 1.0)
-PLAIN |= dict.fromkeys(("zero", "sign_bit", "bits"), 0.0)
-"""What a column has that is not declared."""
 
 
 def resolved(table: Table, given: LogDescription) -> tuple[LogDescription, str | None]:
@@ -156,6 +153,10 @@ def _column(names: Sequence[str], name: str) -> str:
     many = names.count(name)
     if many > 1:
         raise RecordingError(f"column {shown(name)} appears twice")
+    series, _, wanted = name.removesuffix("]").partition("[")
+    others = [each[len(series) + 1 : -1] for each in names if each.startswith(f"{series}[")]
+    if not many and others:
+        raise RecordingError(f"no {one_line(series)} of {shown(wanted)}; found those of {listed(others)}")
     if not many:
         raise RecordingError(
             f"no column {shown(name)}{nearest(name, names)}; found {listed(names)}; declare columns of other "
@@ -198,7 +199,7 @@ def _checked(meant: LogDescription) -> LogDescription:
                 f"{nearest(unknown, known)}; known: {', '.join(known)}"
             )
         own, count = dict[str, tuple[str | float, ...]](), len(channels.columns)
-        for key, default in PLAIN.items():
+        for key, default in Channel._field_defaults.items():
             values = getattr(channels, key) or (default,)
             if len(values) not in (1, count):
                 raise RecordingError(f"{key} of {kind} has {len(values)} entries for {count} joints")

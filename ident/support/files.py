@@ -59,11 +59,16 @@ def read_bytes(path: Path, *, most_bytes: int, error: Callable[[str], Exception]
 def read_toml(path: Path, *, error: Callable[[str], Exception]) -> dict[str, object]:
     """Parse a TOML file; raises `error` if it cannot be read, is not TOML, or is nested deeper than `DEEPEST`."""
     content, place = read_bytes(path, most_bytes=LARGEST, error=error), one_line(path)
-    too_deep = error(f"{place}: tables or arrays are nested deeper than {DEEPEST}")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise error(f"{place}: not TOML: byte {fault.start} is not UTF-8; save it as UTF-8") from fault
+    return parsed_toml(text, place, error=error)
+
+
+def parsed_toml(text: str, place: str, *, error: Callable[[str], Exception]) -> dict[str, object]:
+    """Parse a text, as `read_toml`."""
+    too_deep = error(f"{place}: tables or arrays are nested deeper than {DEEPEST}")
     if _DOTTED.search(text):  # before parsing, whose time is quadratic in the parts of a key
         raise too_deep
     try:

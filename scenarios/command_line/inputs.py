@@ -11,7 +11,9 @@ from ident.recordings.description import (
     EPISODE,
     LAYOUTS,
     MEANINGS,
+    STATE,
     UNKNOWN,
+    Channels,
     LogDescription,
     described,
     read_description,
@@ -153,6 +155,8 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     meanings = "; ".join(f"{name}: {kind.words}" for name, kind in MEANINGS.items())
     add = parser.add_argument_group("foreign logs", f"{text}{meanings}.").add_argument
     add("--log-description", type=arguments.file, metavar="FILE", help="description of the log, TOML")
+    text = "lines that the description has too: 'q.factor = [1, 0.5, 1]'; factors are multiplied"
+    add(STATE, nargs="+", default=(), metavar="LINE", help=text)
     text = "names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]"
     add("--columns", nargs="+", metavar="WORD", help=text)
     add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")
@@ -178,8 +182,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     order, or differ in number.
     """
     nothing = LogDescription()
-    description = nothing if options.log_description is None else read_description(options.log_description)
-    words = described(options.columns or ())
+    description, words = read_description(options.log_description, options.state), described(options.columns or ())
     if options.constant is not None:
         words = replace(words, v=replace(words.v, constant=options.constant))
     given = {"signal": options.signal, "layout": options.layout, "topic": options.topic, "joints": options.joints}
@@ -187,8 +190,12 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     given["only"] = () if options.episode is None else ((EPISODE, float(options.episode)),)
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
-        if getattr(description, name) != getattr(nothing, name):
-            raise ScenarioError(f"{options.log_description} says {name}, and so does the command line; state it once")
+        known, own = getattr(description, name), changes[name]
+        if isinstance(own, Channels) and known.stated.keys().isdisjoint(own.stated):
+            changes[name] = replace(own, **known.stated)
+        elif known != getattr(nothing, name):
+            place = options.log_description or STATE
+            raise ScenarioError(f"{place} says {name}, and so does the command line; state it once")
     description = replace(description, **changes)
     if joint_names is None:
         return description

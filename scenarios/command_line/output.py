@@ -134,10 +134,12 @@ class Claim:
 def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
     """Check whether a command may and can write a file, or files of these names in a folder.
 
-    Raises `ScenarioError` or `OSError` if not. Files of others are overwritten with --force, files that the command
-    reads never.
+    A folder is created, but not that of a single file. Raises `ScenarioError` or `OSError` if not. Files of others are
+    overwritten with --force, files that the command reads never.
     """
     folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
+    if folder != path and not folder.exists():
+        raise ScenarioError(f"{one_line(path)}: there is no folder {one_line(folder)}; create it, or correct the path")
     if any(name.endswith(".parquet") for name in names):
         import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # its absence is reported before the work
     claimed, above = Claim(folder, names, command), folder.absolute()

@@ -135,6 +135,15 @@ class GainsFile(Table):
     recordings: tuple[RecordingEntry, ...] = Field((), description="Recordings from which the gains were identified")
     payloads: tuple[dict[str, JsonValue], ...] = Field((), description="Payloads, with the keys of payload files")
     versions: dict[str, str] = Field({}, description="Versions of packages")
+    digest: Digest | None = Field(
+        None, description="SHA-256 of all else, if a command wrote the file; remove it to change the file by hand"
+    )
+
+    @property
+    def table(self) -> dict[str, object]:
+        """All known values, with the digest of the others."""
+        own = self.model_dump(mode="json", exclude_none=True, exclude={"digest"})
+        return {**own, "digest": hashlib.sha256(to_json(own).encode()).hexdigest()}
 
     @property
     def known(self) -> KnownGains:
@@ -162,7 +171,7 @@ class GainsFile(Table):
         if self.robot not in (None, arm.name):
             raise GainsError(
                 f"gains: of robot {one_line(self.robot)}, but the model is of {arm.name}; if both are one arm, write "
-                f"robot = {arm.name!r} into the gains file"
+                f"robot = {arm.name!r} into the gains file and remove its digest"
             )
         known = self.known
         known.check_arm(arm)
@@ -172,7 +181,7 @@ class GainsFile(Table):
                 "were identified with"
                 if self.transmission
                 else f"gains: of motors that turn one joint each, but those of {arm.name} turn several; if the gains "
-                "are of these, copy transmission from its robot.toml into the gains file"
+                "are of these, copy transmission from its robot.toml into the gains file and remove its digest"
             )
         return known
 
@@ -194,9 +203,12 @@ def read_gains(path: Path) -> GainsFile:
     if not isinstance(table, Mapping) or "gains" not in table:
         raise ScenarioError(f"{where}: no gains; expected a gains file, as `rx90 identify --gains-out` writes it")
     file = validated_table(GainsFile, table, where, ScenarioError)
+    if file.digest not in (None, file.table["digest"]):
+        advice = "identify again, or remove `digest` if the change is meant"
+        raise ScenarioError(f"{where}: changed or damaged since it was written, as its digest shows; {advice}")
     for fault in _faults(file):
         raise ScenarioError(f"{where}: {fault}")
-    return file
+    return file.model_copy(update={"digest": None})
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
@@ -289,7 +301,7 @@ def recording_digest(recording: Recording) -> str:
 
 def gains_text(file: GainsFile, ending: str) -> str:
     """Return the content of a gains file, JSON for `.json`, otherwise TOML; unknown values are omitted."""
-    table = file.model_dump(mode="json", exclude_none=True)
+    table = file.table
     if ending.lower() == ".json":
         return to_json(table) + "\n"
     plain, tables = list[str](), list[str]()

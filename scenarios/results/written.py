@@ -18,6 +18,7 @@ class ConvertedChannel(ResultModel):
     unit: str = Field(description="Name of the column's unit")
     sign: float = Field(description="Ratio of the direction of the joint to that of the column, 1 or -1")
     zero: float = Field(0.0, description="Position at a reading of 0, added after the sign, in `unit`")
+    factor: float = Field(1.0, description="Factor of the result, such as 1 over the ratio of a gear")
 
 
 class Converted(ResultModel):
@@ -69,18 +70,21 @@ class Converted(ResultModel):
             column("Joint", lambda row: row[0]),
             column("Position", lambda row: row[1][0].column, words=True),
             column("Unit", lambda row: row[1][0].unit or None, words=True),
-            column("Sign", lambda row: f"{row[1][0].sign:g}"),
+            column("Factor", lambda row: f"{row[1][0].sign * row[1][0].factor:g}"),
             column("Zero", lambda row: f"{row[1][0].zero:g}"),
             column("Current", lambda row: row[1][1].column, words=True),
             column("Unit", lambda row: row[1][1].unit or None, words=True),
-            column("Sign", lambda row: f"{row[1][1].sign:g}"),
+            column("Factor", lambda row: f"{row[1][1].sign * row[1][1].factor:g}"),
         )
         yield Paragraph(f"Time is {self.columns['t']} [{self.time_unit}]; v is {self.v}.")
         yield from (Paragraph(f"Note: {note}.") for note in self.notes)
 
 
 def _channels(of: Channels) -> list[ConvertedChannel]:
-    return [ConvertedChannel(column=name, unit=unit, sign=sign, zero=zero) for name, unit, _, sign, zero, *_ in of.each]
+    return [
+        ConvertedChannel(column=own.column, unit=own.unit, sign=own.sign, zero=own.zero, factor=own.factor)
+        for own in of.each
+    ]
 
 
 class ListedScenario(ResultModel):

@@ -66,6 +66,11 @@ def heavier(cell: Path, factor: float, folder: Path) -> str:
     return str(path)
 
 
+def editable(path: Path) -> str:
+    """The text of a gains file without its digest, which would refuse changes."""
+    return "".join(line for line in path.read_text().splitlines(True) if not line.startswith("digest ="))
+
+
 def off(cell: Path, joint: int, factor: float, name: str) -> None:
     """A copy of the gains with one of them off."""
     (cell / name).write_text(json.dumps(_scaled(cell, {joint: factor})))

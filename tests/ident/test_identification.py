@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, PLAIN, changed, logs_of
+from consistency_logs import LOOSE, PLAIN, changed, identified, logs_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, mounted, ur_like
 from real_friction import GAIN, Truth
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -18,10 +18,11 @@ from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.joint_by_joint import joint_by_joint_gains
 from ident.estimation.problem import NoOptions, Problem, pair
 from ident.identification import identify
+from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import SIMULATED
 from ident.recordings.recording import Motion
-from ident.support.errors import Contradiction, NotIdentifiable, OptionError, RecordingError
+from ident.support.errors import Contradiction, IdentificationError, NotIdentifiable, OptionError, RecordingError
 
 
 def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(axes):
@@ -136,3 +137,17 @@ def test_blas_has_one_thread_however_many_the_caller_has(monkeypatch):
         for call, *given in ((identification.identify, None, []), (identification.check, [], None)):
             with pytest.raises(RecordingError, match=r"threads: \{1\}"):
                 call(*given, observing=ObserveOptions(), gains=LOOSE)
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        pytest.param(9.0, "motor's side of a gear of ratio 9, .* 'q.factor = 0.1111111'", marks=pytest.mark.slow),
+        ([7.0, 9.3, -11.0], r"q1 runs from .* outside the range .*; of the motor's side: add --state 'q.factor = "),
+    ],
+)
+def test_positions_beyond_the_limits_are_told_before_all_that_they_cause(axes, factor, said):
+    limits = np.array([3.2, 3.4, 3.3])
+    limited = structure_of(replace(axes.arm, lower=-limits, upper=limits))
+    with pytest.raises(IdentificationError, match=said):
+        identified(limited, [changed(each, q=each.q * factor) for each in logs_of(Truth())])

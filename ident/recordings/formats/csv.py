@@ -29,8 +29,11 @@ NO_ROW = "expected a header line and at least one row"
 SEPARATORS = (",", ";", "\t", "|", " ")
 MARKS = {b"\xff\xfe\x00\x00": "utf-32", b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8"}
 """Byte order marks; spreadsheets write them."""
-BINARY = {b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat"}
-"""First bytes of formats that are known by the ending of the name."""
+BINARY = {
+    b"\x89HDF\r\n\x1a\n": "an HDF5 file; name it .h5", b"MATLAB ": "a MATLAB file; name it .mat",
+    b"{": "JSON; name it .jsonl if each line is an object", b"<": "XML; write a table with a row for each sample",
+}  # fmt: skip
+"""First bytes of formats that are no tables, or are known by the ending of the name."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _WORDS = re.compile("[a-df-mo-zA-DF-MO-Z]")
@@ -70,7 +73,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
         )
         used = list(dict.fromkeys((*places.values(), *clock.values())))
         wanted = [(_date if header[k] in dated else float, k) for k in used]
-        values = array("d")
+        values, at = array("d"), header.index(time) if stated.series is not None else None
         for number, line in enumerate(lines[start:], start + 1):
             if "#" in line:
                 line = _plain(line)
@@ -86,6 +89,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
                     f"line {number} has {len(cells)} cells, but the header names {len(header)}"
                     f"{hint if separator == ',' and len(cells) > len(header) else ''}"
                 )
+            place = f"line {number}" if at is None else f"{time} = {cells[at]}"
             for read, k in wanted:
                 cell = cells[k].replace(",", ".", 1) if decimal == "," else cells[k]
                 try:
@@ -93,7 +97,7 @@ def open_csv(path: Path, description: LogDescription) -> Table:
                 except ValueError:
                     dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                     raise RecordingError(
-                        f"line {number}, column {header[k]}: {shown(cells[k])} is not "
+                        f"{place}, column {header[k]}: {shown(cells[k])} is not "
                         f"{dates if read is _date else 'a number'}"
                     ) from None
         found = dict(zip(used, np.ascontiguousarray(np.reshape(values, (-1, len(used))).T), strict=True))

@@ -9,7 +9,7 @@ import pytest
 from consistency_logs import at
 from scipy.interpolate import make_interp_spline
 
-from ident.diagnosis.channels import columns, unmeasured
+from ident.diagnosis.channels import columns, continuous, unmeasured
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples import SPOILING
 from ident.observation.observation import ObserveOptions
@@ -203,3 +203,11 @@ def test_a_coarse_current_that_vibrates_for_a_while_is_not_frozen_where_it_does_
     assert alarms(Recording(ur_log.t, ur_log.q, v)) == []
     v[2100, 1] = v[1899, 1] + 3.0 * step
     assert len(alarms(Recording(ur_log.t, ur_log.q, v))) == 1
+
+
+def test_counts_of_an_encoder_are_not_unwrapped_where_they_step_by_six(rng):
+    t = 0.004 * np.arange(3000)
+    angle = np.column_stack([np.sin(2.0 * t), 1.3 * np.cos(1.4 * t)])
+    counts = Recording(t, np.round(1500.0 * angle), rng.normal(size=(3000, 2)), "log")
+    assert (np.abs(np.diff(counts.q, axis=0)) == 6.0).any()
+    assert continuous(counts) is counts

@@ -18,6 +18,21 @@ from ident.diagnosis.search import Exact, FirstOrder, directions
 from ident.model.arm import with_transmission
 from ident.model.displacement import across
 from ident.model.structure import structure_of
+from ident.recordings.description import read_description
+from ident.recordings.files import read_log, write_recording
+
+
+def test_ratios_and_counts_that_all_joints_share_are_read_if_positions_are_beyond_the_limits(sound):
+    limited = replace(sound.structure.arm, lower=np.full(3, -3.3), upper=np.full(3, 3.3))
+    structure = replace(sound.structure, arm=limited)
+    for factor in (17.0, -17.0, 2.0**14 / (2.0 * np.pi)):
+        wrong = tuple(changed(each, q=each.q * factor) for each in sound.recordings)
+        logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
+        own = [each for each in column_faults.units(logs) if each.value is not None and not each.joints]
+        found = min(own, key=lambda each: abs(each.value - factor))
+        np.testing.assert_allclose(found.hypothesis.logs[0].read(wrong[0]).q, sound.recordings[0].q, rtol=1e-12)
+        assert ("16384 per turn" in found.words) == (factor > 500.0)
+    assert not [each for each in column_faults.units(replace(logs, recordings=sound.recordings)) if each.value]
 
 
 @pytest.mark.parametrize(("joint", "ratio"), [(2, -63.0), pytest.param(1, 101.0, marks=pytest.mark.slow)])
@@ -52,8 +67,28 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     (found,) = [each for each in column_faults.normalised(logs) if each.words == words]
     for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
         np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
-    counts, zero = (np.array(json.loads(each)) for each in re.findall(r"(\[[-0-9., e]+\])", found.advice))
-    np.testing.assert_allclose(2.0 * np.pi / counts * (percent[1] + zero), right[1], rtol=1e-3, atol=1e-3)  # 4 digits
+    part = read_description(None, re.findall("'(.*?)'", found.advice)).q
+    unit = np.array(part.factor) * (np.pi / 180.0 if of_degrees else 1.0)
+    np.testing.assert_allclose(unit * (percent[1] + part.zero), right[1], atol=1e-5)  # 7 digits
+
+
+def test_lines_that_are_advised_decode_the_log_as_the_hypothesis_does(sound, tmp_path):
+    log, seen = changed(sound.recordings[1], v=sound.recordings[1].v * [3.7, -0.4, 1.9]), set[str]()
+    write_recording(log, tmp_path / "log.parquet")
+    degrees = column_faults.in_unit(sound, (1,), (0, 1, 2), np.pi / 180.0, "in degrees")
+    geared = column_faults.geared(sound, (2,), -63.7)
+    scaled = [column_faults.scaled(sound, (1,), joints, 4.2) for joints in ((), (1,))]
+    families = (column_faults.zeros(sound), column_faults.couplings(sound), column_faults.clocks(sound))
+    for each in (degrees, geared, *scaled, *(one for family in families for one in family if 1 in one.logs)):
+        lines = re.findall(r"'([qvt]\.\w+ = [^']+)'", each.advice)
+        if lines:
+            seen |= {line.split(" ")[0] for line in lines}
+            found = read_log(tmp_path / "log.parquet", read_description(None, lines), check=None).recording
+            right = each.hypothesis.logs[1].read(log)
+            for own in "tqv":
+                np.testing.assert_allclose(getattr(found, own), getattr(right, own), rtol=1e-6, atol=1e-12)
+            assert ("rx90 convert" in each.advice) == (len(each.logs) == 1)
+    assert seen == {"q.factor", "v.factor", "t.factor", "q.coupling"}
 
 
 def test_positions_of_joints_beside_currents_of_motors_are_converted_as_advised(sound):
@@ -69,6 +104,16 @@ def test_positions_of_joints_beside_currents_of_motors_are_converted_as_advised(
         converted = q.copy()
         converted[:, motor - 1] += np.sign(joint) * q[:, abs(joint) - 1]  # as a log description does
         np.testing.assert_allclose(converted, q @ A.T, rtol=1e-12)
+
+
+def test_a_differential_turns_by_half_of_a_sum_and_a_ratio_that_is_far_off_is_refined_by_factors(sound):
+    halves = [each for each in arm_faults.transmissions(sound) if "half of" in each.words]
+    blocks = [each.hypothesis.transmission[np.ix_(each.joints, each.joints)].tolist() for each in halves]
+    assert blocks == [[[0.5, 0.5], [0.5, -0.5]], [[0.5, -0.5], [0.5, 0.5]]] * 2
+    assert "motor 1 turns by half of joint 1 plus joint 2 and motor 2 turns by half of joint 1 minus" in halves[0].words
+    far = arm_faults.shared(sound, 1, 1, 1.3)
+    assert far.words == "motor 2 turns by 2.3 times the stated angle"
+    np.testing.assert_allclose(far.refined(np.array([0.1])).hypothesis.transmission[1, 1], 2.3 * 1.1, rtol=1e-12)
 
 
 def test_the_advice_on_a_coupling_of_positions_undoes_it(sound):
@@ -98,7 +143,7 @@ def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_po
     natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in every]
     assert {*natural} == {True, False}
     assert [each.searched for each in every] == [not each for each in natural]
-    assert column_faults.geared(doubted(axes, [bare, loaded]), 1, -63.0).searched
+    assert column_faults.geared(doubted(axes, [bare, loaded]), (1,), -63.0).searched
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):

@@ -165,7 +165,11 @@ def test_a_gain_is_doubted_where_an_unbiased_one_differs_or_noise_exceeds_its_lo
             identified={j: SimpleNamespace(value=6.0 * x, **own) for j, x in enumerate((first, 1.0))}
         )
 
-    problem = SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2)), motions=(None,))
+    recorded = SimpleNamespace(recording=None, cutoff_hz=12.5)
+    motion = SimpleNamespace(observation=SimpleNamespace(full_rate=recorded, recorded=recorded))
+    problem = SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2)), motions=(motion,))
+    monkeypatch.setattr(gain_checks, "position_quanta", lambda _: (None, 0.0015))
+    monkeypatch.setattr(gain_checks, "quiet_cutoff", lambda _, observing: 0.43 * observing.cutoff_hz)
     monkeypatch.setattr(gain_checks, "noise_in_load", lambda _: np.array([share, 0.2]))
     monkeypatch.setattr(gain_checks, "instrumental_gains", lambda _: gains(1.0))
     said = [*gain_checks.encoder_noise(problem, gains(1.0 + moved))]
@@ -174,6 +178,8 @@ def test_a_gain_is_doubted_where_an_unbiased_one_differs_or_noise_exceeds_its_lo
         spread = np.hypot(0.03, 0.03 / (1.0 + moved))
         found = (one.effects[0].percent, one.effects[0].deviations)
         np.testing.assert_allclose(found, (100.0 * moved, moved / spread), rtol=1e-9)
+        assert one.cause == "the positions have steps of 0.0015 rad or m (q2), too coarse for a low-pass at 12.5 Hz"
+        assert "--cutoff-hz 5.4," in one.advice
 
 
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):

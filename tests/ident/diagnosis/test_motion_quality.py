@@ -69,6 +69,13 @@ def test_noise_that_counts_is_weak_and_names_the_joint(ur_log):
     found = named(noise(replace(ur_log, q=ur_log.q + at(4, 2e-3, 0.0) * white), OPTIONS), "noise of q")
     assert (found.severity, found.joints) == (Severity.WEAK, (4,))
     assert found.sentence.startswith("q5 has noise of 0.00")
+    slow = np.column_stack([0.7 * np.sin(3.0 * ur_log.t + j) for j in range(6)])
+    log = replace(ur_log, q=slow + at(4, 1e-3, 0.0) * white)
+    lower = replace(
+        OPTIONS,
+        cutoff_hz=float(re.match(r"use --cutoff-hz ([\d.]+), or", named(noise(log, OPTIONS), "noise of q").advice)[1]),
+    )
+    np.testing.assert_allclose(acceleration_noise(log, lower)[4], 0.1, rtol=0.25)  # of 20 s at some Hz
     v = ur_log.v + at(1, 0.6, 0.0) * ur_log.v.std(axis=0) * white
     for standing in (0.0, 50.0):  # a current that holds a weight is not the less noisy
         found = named(noise(replace(ur_log, v=v + standing), OPTIONS), "noise of v")

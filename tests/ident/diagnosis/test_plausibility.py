@@ -60,7 +60,7 @@ def test_positions_beyond_the_range_of_a_joint_are_refused_and_those_within_its_
     cases = [(2, low - 0.11, True), (2, low - 0.09, False), (2, high + 0.09, False), (2, high + 0.11, True)]
     for j, off, refused in (*cases, (4, 3.0, True)):  # 0.1 rad of slack; 4.2 rad are no degrees
         moved = log(q + np.where(np.arange(6) == j, off, 0.0))
-        said = rf"q{j + 1} runs from .* range {arm.lower[j]:.4g} to {arm.upper[j]:.4g} rad of joint{j + 1}; check the"
+        said = rf"q{j + 1} runs from .* range {arm.lower[j]:.4g} to {arm.upper[j]:.4g} rad of joint{j + 1}; check m"
         with pytest.raises(RecordingError, match=said) if refused else nullcontext():
             check_positions(arm, moved)
     with pytest.raises(RecordingError, match=r"log: q1 runs from -68.* looks like degrees"):

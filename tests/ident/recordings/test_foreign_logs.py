@@ -248,7 +248,7 @@ def test_a_register_logged_as_read_is_refused_with_the_key_that_decodes_it(tmp_p
     path = csv(tmp_path / "log.csv", table(v=registers(sign_bit, bits)))
     stated = channels("v", unit=("mA",))
     key = f"sign_bit = {sign_bit}" if sign_bit else f"bits = {bits}"
-    unread(rf"column '[xyz]' jumps .* state {key} in \[v\]", path, stated)
+    unread(rf"column '[xyz]' jumps .* add --state 'v\.{key}'", path, stated)
     (tmp_path / "log.toml").write_text(f"[v]\n{key}\n")
     told = read_description(tmp_path / "log.toml").v
     right = replace(stated, v=replace(stated.v, sign_bit=told.sign_bit, bits=told.bits))

@@ -226,6 +226,8 @@ def test_a_long_table_that_is_none_is_refused_with_the_row(tmp_path):
         (["who,cur,ts,pos", "a,1,0.5,2", "a,1,0.5,3"], "two rows of 'a' have ts = 0.5"),
         ([*lines[:4], "a,1"], "a row has 2 cells, but the header names 4: a, 1"),
         (["whose,cur,ts,pos", *lines[1:]], "no column 'who'; found whose, cur, ts, pos"),
+        ([line for line in lines if line[0] != "b"], r"log.csv: no pos of 'b'; found those of c, a$"),
+        ([*lines[:-2], "a,3,1e2,1_3"], r"log.csv: ts = 1e2, column pos\[a\]: '1_3' is not a number"),
     ):
         path.write_text("\n".join(wrong))
         unread(said, path, LONG)

@@ -67,7 +67,7 @@ def cell(tmp_path_factory) -> Path:
 
 
 def test_a_foreign_log_is_written_as_a_recording(cell, tmp_path, capsys):
-    out = tmp_path / "out" / "log.parquet"
+    out = tmp_path / "log.parquet"
     words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out", str(out), "--json"]
     assert main(words) == 0
     told = printed(capsys, "convert")
@@ -128,7 +128,7 @@ DESCRIPTIONS = {
     "empty": ("", "the file is empty"),
     "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
     "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent': expected .*'current'"),
-    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, sign_bit, bits, constant"),
+    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, factor, sign_bit, bits"),
     "a range": ("[q]\ncolumns = 'a{4..2}'", r"\[q\]: 'a\{4\.\.2\}'; expected a range"),
     "zero huge": ("[q]\nzero = [0.0, 1e13]", r"zero = \[0\.0, 10000000000000\.0\]"),
     "no counts": ("[q]\ncounts_per_turn = [4096, 0]", r"counts_per_turn = \[4096, 0\]"),
@@ -188,3 +188,38 @@ def test_units_of_a_dataset_are_said_in_few_words(tmp_path):
     np.testing.assert_array_equal(found.t, t)
     np.testing.assert_array_equal(found.q, q[:, [1, 0]] * (np.pi / 180.0))
     np.testing.assert_array_equal(found.v, v[:, [1, 0]] * 1e-3)
+
+
+def test_lines_of_the_command_line_complete_a_description_and_their_factors_multiply(cell, tmp_path, capsys):
+    words = ["convert", str(cell / "log.csv"), "--out", str(tmp_path / "log.parquet")]
+    words += ["--log-description", str(cell / "log.toml"), "--state", "q.factor = [2, -3, 1, 1, 0.25, 1]"]
+    lines = ["q.factor = -0.7", "v = { factor = 1.3, sign = [1, 1, -1, 1, 1, 1] }", "t.factor = 1.02"]
+    assert main([*words, *lines]) == 0
+    found = read_recording(tmp_path / "log.parquet")
+    np.testing.assert_allclose(found.t, 1.02 * T, rtol=1e-15)
+    np.testing.assert_allclose(found.q, Q * [-1.4, 2.1, -0.7, -0.7, -0.175, -0.7], rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(found.v, V * [1.3, 1.3, -1.3, 1.3, 1.3, 1.3], rtol=1e-14)
+    for line, message in {
+        "q.zero = 3": r"--state 'q.zero = 3': zero = \[0, 90, .* is stated already; state it once",
+        "q.factor = [1, 2]": r"factor = \[2, -3, 1, 1, 0.25, 1\] is stated already",
+        "q.factor = 0": r"\[q\]: factor = .*expected a number.*not 0",
+        "q.factor": r"--state 'q.factor': not TOML",
+    }.items():
+        assert re.search(message, refused(capsys, [*words, line])), line
+
+
+def test_lines_of_the_command_line_complete_declared_columns(tmp_path, capsys):
+    rows = np.column_stack((T, Q[:, :2], V[:, :2]))
+    np.savetxt(tmp_path / "log.csv", rows, fmt="%.17g", delimiter=",", header="t,q1,q2,v1,v2", comments="")
+    words = ["convert", str(tmp_path / "log.csv"), "--out", str(tmp_path / "new.csv"), "--state", "q.factor = [1, 0.4]"]
+    assert main([*words, "--columns", "q=q2,q1[deg]"]) == 0
+    expected = np.deg2rad(Q[:, [1, 0]]) * [1.0, 0.4]
+    np.testing.assert_allclose(read_recording(tmp_path / "new.csv").q, expected, rtol=1e-15)
+    assert "--state says q, and so does" in refused(capsys, [*words, "q.unit = 'rad'", "--columns", "q=q2,q1[deg]"])
+
+
+def test_the_folder_of_a_written_file_is_not_created(cell, tmp_path, capsys):
+    words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml")]
+    line = refused(capsys, [*words, "--out", str(tmp_path / "typo" / "log.parquet")])
+    assert line.endswith(f"typo/log.parquet: there is no folder {tmp_path / 'typo'}; create it, or correct the path\n")
+    assert not (tmp_path / "typo").exists()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bad_files import refused
 from printed import fits, printed
-from weighed_cell import MODEL, PLAIN, identified, light, off, with_other
+from weighed_cell import MODEL, PLAIN, editable, identified, light, off, with_other
 
 from scenarios.cli import main
 from scenarios.results.gains_file import read_gains
@@ -28,7 +28,7 @@ def by_hand(path: Path, gains: dict[int, float], rel_std: float, more: str = "")
 
 
 def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(weighed_cell, capsys):
-    first, text = str(weighed_cell / "gains.toml"), (weighed_cell / "gains.toml").read_text()
+    first, text = str(weighed_cell / "gains.toml"), editable(weighed_cell / "gains.toml")
     place, slides = text.index("joint = 3"), weighed_cell / "slides.toml"
     slides.write_text(text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1))
     line = refused(capsys, ["verify", first, str(slides)])

@@ -1,4 +1,5 @@
 import json
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -66,6 +67,18 @@ def test_what_is_written_is_read_back_to_the_last_digit(file, tmp_path: Path, en
     fits(table, "gains")
     assert set(table["gains"][2]) == {"joint", "name", "unit", "identifiable", "reason"}  # no number of a refused joint
     assert path.read_text().startswith("#:schema ") == (ending == ".toml")
+
+
+@pytest.mark.parametrize("ending", [".json", ".toml"])
+def test_a_digit_that_changed_is_refused_and_without_the_digest_read(file, tmp_path: Path, ending):
+    path, text = tmp_path / f"gains{ending}", gains_text(file[1], ending)
+    number = repr(file[1].recordings[0].largest[2])  # of which nothing else is known
+    changed = text.replace(number, number.translate(str.maketrans("3579", "1357")))
+    path.write_text(changed)
+    with pytest.raises(ScenarioError, match=r"gains\.\w+: changed or damaged since it was written"):
+        read_gains(path)
+    path.write_text(re.sub(r',?\s*"?digest"?\s*[=:]\s*"[0-9a-f]{64}"', "", changed))
+    assert read_gains(path).recordings[0].largest[2] != file[1].recordings[0].largest[2]
 
 
 def test_it_says_where_gains_come_from(file):

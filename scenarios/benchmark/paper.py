@@ -29,7 +29,6 @@ from ident.model.parameters import INERTIAL
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
-from ident.support.naming import one_line
 from scenarios.benchmark.methods import AnswerGain
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
@@ -38,8 +37,7 @@ from scenarios.rendering.content import Heading, Mood, Paragraph, Part, Report, 
 from scenarios.rendering.result import ResultModel, to_json
 from scenarios.rendering.wording import NONE, sentence
 from scenarios.results.fit import TORQUES, torque_plot
-from scenarios.results.record import digests_of, read_result, repeated
-from scenarios.support.errors import ScenarioError
+from scenarios.results.record import check_files, digests_of, read_result, repeated
 from scenarios.support.progress import SILENT, Progress
 from scenarios.support.versions import versions
 from sim.experiment import Experiment
@@ -341,14 +339,9 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
 
 def page(folder: Path) -> Report:
     """Return the page of a folder, only from its files; raises `ScenarioError` if they are not as written."""
-    rows, saved = folder / ROWS, read_result(folder, SavedPaper, PAPER)
-    try:
-        same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
-        torques = pd.read_parquet(rows).query(f"case == 'case {DRAWN}'") if same else None
-    except (OSError, ValueError) as error:
-        raise ScenarioError(f"{one_line(rows)}: cannot be read: {error}") from error
-    if torques is None:
-        raise ScenarioError(f"{one_line(rows)}: is not the file that {PAPER} names; write it again")
+    saved = read_result(folder, SavedPaper, PAPER)
+    check_files(folder, {ROWS: saved.files.get(ROWS, "")}, PAPER)
+    torques = pd.read_parquet(folder / ROWS).query(f"case == 'case {DRAWN}'")  # the file that was written
     more: list[Part] = [Heading("Figure 3: torques of case 2, measured and reconstructed"), Paragraph(TORQUES)]
     end = float(torques["t"].to_numpy().max())
     for joint in range(IDENTIFIED):

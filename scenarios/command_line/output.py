@@ -11,7 +11,7 @@ import os
 import shutil
 import sys
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -70,13 +70,11 @@ def console(options: argparse.Namespace) -> "Console":
     return Console(stderr=True, quiet=options.quiet, force_terminal=moves)  # FORCE_COLOR makes no pipe a terminal
 
 
-@contextmanager
-def under_way(options: argparse.Namespace, stage: str, *amount: int) -> "Generator[Progress]":
+def under_way(options: argparse.Namespace, stage: str, *amount: int) -> "AbstractContextManager[Progress]":
     """Show the current stage until the work is done; `amount` is the whole work, and the part that is done already."""
     from scenarios.support.progress import progress_of
 
-    with progress_of(stage, console(options), *amount) as stages:
-        yield stages
+    return progress_of(stage, console(options), *amount)
 
 
 def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:

@@ -1,4 +1,4 @@
-"""The commands of `rx90`, related ones in a module: `X_arguments` declares the arguments of X, `X_command` runs X."""
+"""The commands of `rx90`, related ones in a module: `X_arguments` declares its arguments, `X_command` runs X."""
 
 import argparse
 from collections.abc import Callable
@@ -64,6 +64,10 @@ NEEDED = {
 """The package extra that a command needs, if any."""
 
 
+UNREPORTED = ("view", "report", "schema")
+"""Commands that print no report, which would have several formats."""
+
+
 class Command(NamedTuple):
     """A command: what declares its arguments, and what runs it with the parsed ones."""
 
@@ -76,4 +80,12 @@ def command(name: str) -> Command:
     prefix = name.replace("-", "_")
     module = next((module for module, names in MODULES.items() if name in names), prefix)
     found = import_module(f"{__name__}.{module}")
-    return Command(getattr(found, f"{prefix}_arguments"), getattr(found, f"{prefix}_command"))
+
+    def add_arguments(parser: argparse.ArgumentParser) -> None:
+        getattr(found, f"{prefix}_arguments", lambda _: None)(parser)
+        if name not in UNREPORTED:
+            from scenarios.command_line.output import add_form_arguments
+
+            add_form_arguments(parser)
+
+    return Command(add_arguments, getattr(found, f"{prefix}_command"))

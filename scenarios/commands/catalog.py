@@ -26,11 +26,6 @@ FPS = 8.0
 PAGE = "report.html"
 
 
-def list_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the output format alone."""
-    output.add_form_arguments(parser)
-
-
 def list_command(options: argparse.Namespace) -> Status:
     """List every built-in scenario with its description."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}

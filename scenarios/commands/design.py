@@ -110,7 +110,6 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     add_worker_options(parser, dask=False)
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def excite_command(options: argparse.Namespace) -> Status:
@@ -227,7 +226,6 @@ def payload_arguments(parser: argparse.ArgumentParser) -> None:
     add("--density", type=DENSITY, default=STEEL, metavar="D", help=text)
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def payload_command(options: argparse.Namespace) -> Status:
@@ -267,7 +265,6 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     add("--evaluations", type=EVALUATIONS, default=USUAL_EVALUATIONS, help=text)
     add_worker_options(parser, dask=False)
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def _file_or_mass(text: str) -> Path | float:

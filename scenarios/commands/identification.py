@@ -42,7 +42,6 @@ def run_arguments(parser: argparse.ArgumentParser) -> None:
     text = "folder for recordings, payloads, true values and result"
     parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=text)
     add_gains_out(parser)
-    output.add_form_arguments(parser)
 
 
 def run_command(options: argparse.Namespace) -> Status:
@@ -77,7 +76,6 @@ def paper_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=text)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def paper_command(options: argparse.Namespace) -> Status:
@@ -117,7 +115,6 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_unseen_arguments(parser, text)
     output.add_save_argument(parser)
     add_gains_out(parser)
-    output.add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         inputs.add_options(parser, kind)
 

@@ -22,7 +22,6 @@ def record_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.folder, required=True, metavar="DIR", help=text)
     add("--rate", type=RATE, default=USUAL_RATE, metavar="HZ", help="samples per second (default %(default)g)")
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def record_command(options: argparse.Namespace) -> Status:
@@ -66,7 +65,6 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
     text = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
     add("--flange", metavar="BODY", help=text)
     inputs.add_log_arguments(parser)
-    output.add_form_arguments(parser)
     output.add_force_argument(parser)
 
 
@@ -111,7 +109,6 @@ def check_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_log_arguments(parser)
     output.add_save_argument(parser)
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
     inputs.add_options(parser, ObserveOptions)
 
 

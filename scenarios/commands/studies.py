@@ -35,7 +35,6 @@ def predict_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
-    output.add_form_arguments(parser)
 
 
 def predict_command(options: argparse.Namespace) -> Status:
@@ -56,7 +55,6 @@ def _add_study_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=text)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
-    output.add_form_arguments(parser)
 
 
 def monte_carlo_arguments(parser: argparse.ArgumentParser) -> None:
@@ -120,7 +118,6 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
     add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help=text)
     add_worker_options(parser)
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def compare_command(options: argparse.Namespace) -> Status:

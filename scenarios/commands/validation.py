@@ -32,7 +32,6 @@ def verify_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_unseen_arguments(parser, text)
     inputs.add_log_arguments(parser)
     inputs.add_delay_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def verify_command(options: argparse.Namespace) -> Status:
@@ -117,7 +116,6 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
     inputs.add_model_arguments(parser)
     inputs.add_log_arguments(parser)
     inputs.add_delay_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def payload_of_command(options: argparse.Namespace) -> Status:
@@ -142,7 +140,6 @@ def torque_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=arguments.parquet_file, required=True, metavar="FILE", help=text)
     inputs.add_log_arguments(parser)
     output.add_force_argument(parser)
-    output.add_form_arguments(parser)
 
 
 def torque_command(options: argparse.Namespace) -> Status:
@@ -191,7 +188,6 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
     )
     inputs.add_unseen_arguments(parser, text)
     inputs.add_log_arguments(parser)
-    output.add_form_arguments(parser)
     output.add_force_argument(parser, "; write a copy that fails to predict --unseen")
 
 
@@ -212,12 +208,15 @@ def patch_command(options: argparse.Namespace) -> Status:
     from ident.model.structure import structure_of
     from scenarios.experiments.robots import nominal_links, read_arm
     from scenarios.gains_in_use.model_patch import patched_model
-    from scenarios.gains_in_use.patch import Patched, joint_values, link_values, predicted_by_models, read_bare
+    from scenarios.gains_in_use.patch import NOT_BARE, Patched, joint_values, link_values, predicted_by_models
+    from scenarios.results.bare import BareResult
     from scenarios.results.gains_file import read_gains, ros_parameters
+    from scenarios.results.record import read_result
 
     structure, gains = structure_of(read_arm(model, (), flange=flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
-    bare = None if options.arm is None else read_bare(options.arm)
+    arm: Path | None = options.arm
+    bare = None if arm is None else read_result(arm.parent, BareResult, arm.name, otherwise=NOT_BARE)
     joints = joint_values(structure, gains, nominal, bare, most=most)
     if nominal is not None:
         check_unit(gains.known, nominal.known, "--nominal")

@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from ident.diagnosis.diagnosis import Severity, two_digits, worst_first
 from ident.diagnosis.gain_checks import link_mass_factor
@@ -25,7 +25,6 @@ from ident.parameters.links import ModelLinks
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
 from ident.support.errors import GainsError
-from ident.support.naming import one_line
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains import check_unseen, options_of
@@ -37,10 +36,9 @@ from scenarios.rendering.wording import sentence, two_sigma
 from scenarios.results.bare import FAR, BareParameter, BareResult, Link
 from scenarios.results.diagnoses import TOLD, unseen_parts, unseen_verdict
 from scenarios.results.gains_file import GainEntry, GainsFile
-from scenarios.results.problem_folder import read_json
 from scenarios.support.errors import ScenarioError
-from sim.tables import fault_of
 
+NOT_BARE = "not what `rx90 identify --model ROBOT --unloaded A --json` prints of bare motions"
 NO_NOMINAL = "no assumed gains are given (--nominal)"
 NO_BARE = "no identification of bare motions is given (--arm)"
 SAME = 1e-6
@@ -66,16 +64,6 @@ DRAWN = (
     "The copy has the links of MODEL, so the gains are tested against the link masses in that file. To test them "
     "against a payload, give --links and a motion with a weighed payload."
 )
-
-
-def read_bare(path: Path) -> BareResult:
-    """Read the results of bare motions; raises `ScenarioError` if the file is missing or not such a result."""
-    document = read_json(path)
-    try:
-        return BareResult.model_validate(document)
-    except ValidationError as error:
-        expected = "expected what `rx90 identify --model ROBOT --unloaded A --json` prints of bare motions"
-        raise ScenarioError(f"{one_line(path)}: {fault_of(error)}; {expected}") from error
 
 
 def joint_values(

@@ -39,7 +39,7 @@ from scenarios.results.problem_folder import (
 )
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
-from sim.tables import validated_table
+from sim.tables import fault_of, validated_table
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -148,27 +148,31 @@ def read_record(folder: Path) -> RecordFile:
         record = validated_table(RecordFile, read_json(folder / RECORD), place, ScenarioError)
     except ScenarioError as error:
         raise ScenarioError(f"{error}; {again}") from error
-    for name, digest in record.files.items():
-        path = folder / name
-        try:
-            same = digests_of(folder, [name])[name] == digest
-        except OSError as error:
-            raise ScenarioError(f"{one_line(path)}: {error.strerror}; {RECORD} names it: save it again") from error
-        if not same:
-            raise ScenarioError(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
+    check_files(folder, record.files, RECORD)
     if len(record.sources) != len(record.motions):
         raise ScenarioError(f"{place}: {len(record.sources)} sources of {len(record.motions)} motions")
     return record
 
 
-def read_result(folder: Path, kind: type[Kept], name: str = RESULT) -> Kept:
-    """Read the result in a file of a folder; raises `ScenarioError` if it is of another kind or version."""
+def read_result(folder: Path, kind: type[Kept], name: str = RESULT, otherwise: str = DAMAGED) -> Kept:
+    """Read the result in a file of a folder; raises `ScenarioError` if it is not of this kind but is `otherwise`."""
     path = folder / name
     try:
         return kind.model_validate(read_json(path))
     except ValidationError as error:
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: {DAMAGED}: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: {otherwise}: {fault_of(error)}") from error
+
+
+def check_files(folder: Path, files: Mapping[str, str], document: str) -> None:
+    """Check the SHA-256 of files of a folder, by name, as a document states them."""
+    for name, digest in files.items():
+        path = folder / name
+        try:
+            same = digests_of(folder, [name])[name] == digest
+        except OSError as error:
+            raise ScenarioError(f"{one_line(path)}: {error.strerror}; {document} names it: save it again") from error
+        if not same:
+            raise ScenarioError(f"{one_line(path)}: is not the file that {document} names; save it again")
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:

@@ -101,10 +101,10 @@ def test_the_page_of_the_paper_is_made_of_what_is_stored(written, repeated, monk
 def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(written):
     rows = pd.read_parquet(written / "rows.parquet")
     rows.assign(measured=1.01 * rows["measured"]).to_parquet(written / "rows.parquet", index=False)
-    with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; write it again"):
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; save it again"):
         page_of(written)
     (written / "rows.parquet").unlink()
-    with pytest.raises(ScenarioError, match=r"rows\.parquet: cannot be read: .*No such file"):
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: No such file or directory; paper\.json names it: save it again"):
         page_of(written)
 
 

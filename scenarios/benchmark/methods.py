@@ -284,13 +284,7 @@ def python_answer(text: str, folder: Path) -> dict[str, object]:
     return {"gains": [{"joint": j, **none, "identifiable": g.get("estimate") is not None, **g} for j, g in given]}
 
 
-def _main(text: str, folder: str) -> None:
-    """Print the answer alone on standard output; what a method prints, in compiled code too, goes to standard error."""
-    answer = os.dup(1)
-    os.dup2(2, 1)
-    with os.fdopen(answer, "w", encoding="utf-8") as output:
-        json.dump(python_answer(text, Path(folder)), output)  # the reader checks for numbers that are not finite
-
-
-if __name__ == "__main__":
-    _main(*sys.argv[1:])
+if __name__ == "__main__":  # standard output has the answer alone: what a method prints goes to standard error
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as answer:
+        os.dup2(2, 1)
+        json.dump(python_answer(sys.argv[1], Path(sys.argv[2])), answer)  # the reader refuses what is not finite

@@ -82,7 +82,8 @@ def command(name: str) -> Command:
     found = import_module(f"{__name__}.{module}")
 
     def add_arguments(parser: argparse.ArgumentParser) -> None:
-        getattr(found, f"{prefix}_arguments", lambda _: None)(parser)
+        if declare := getattr(found, f"{prefix}_arguments", None):
+            declare(parser)
         if name not in UNREPORTED:
             from scenarios.command_line.output import add_form_arguments
 

@@ -49,16 +49,16 @@ NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and 
 
 def searched(
     design: "Design", series: "Series", options: argparse.Namespace, own: "FourierTrajectory | None" = None
-) -> "tuple[list[Found], int, KeyboardInterrupt | None]":
+) -> "tuple[list[Found], KeyboardInterrupt | None]":
     """Search with the given options from random motions, or from an `own` one, with progress on stderr.
 
-    Returns successively better motions, the best last; the number of motions tried; what stopped the search.
+    Returns the states of the search, the best motion last, and what stopped it.
     """
     import numpy as np
 
     from scenarios.design.search import SMALL_STEP, STEP, Found, random_point, search, starts
 
-    kept, tried, stopped = list[Found](), 0, None
+    kept, stopped = list[Found](), None
     try:
         with _judge(design, series, options) as judge:
             if own is None:
@@ -69,15 +69,14 @@ def searched(
                 first, step = Found(x=x, cost=judge([x])[0], tried=0), SMALL_STEP
             with output.under_way(options, "motions", options.evaluations) as progress:
                 for found in search(first, step, options.seed, options.evaluations, judge):
-                    tried = found.tried
-                    if not kept or found.cost < kept[-1].cost:
-                        kept.append(found)
+                    kept.append(found)
                     progress.reach(
-                        tried, lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint"
+                        found.tried,
+                        lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
                     )
     except KeyboardInterrupt as interrupt:
         stopped = interrupt
-    return kept, tried, stopped
+    return kept, stopped
 
 
 @contextmanager
@@ -149,7 +148,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     else:
         series = Series.harmonic(design.limits, options.harmonics, options.duration)
     own = _own_motion(scenario, series) if options.improve else None
-    kept, tried, interrupt = searched(design, series, options, own)
+    kept, interrupt = searched(design, series, options, own)
     if interrupt is not None and not kept:
         raise interrupt
     try:
@@ -171,7 +170,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
     comments = [
         f"Found by: {found_by(options)} --out FILE",
-        *[f"Stopped after {tried} of {options.evaluations} motions."] * (interrupt is not None),
+        *[f"Stopped after {kept[-1].tried} of {options.evaluations} motions."] * (interrupt is not None),
         f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
         f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
     ]
@@ -184,7 +183,7 @@ def excite_command(options: argparse.Namespace) -> Status:
         )
         return ending(interrupt)
     rel_std, costs = list(map(finite, deviations)), {"cost_of_start": kept[0].cost, "cost": kept[-1].cost}
-    result = Searched(out=str(options.out), tried=tried, **costs, predicted_rel_std=rel_std)
+    result = Searched(out=str(options.out), tried=kept[-1].tried, **costs, predicted_rel_std=rel_std)
     predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
     return output.show(result.report(f"{options.out}: {predicted}"), options)
 
@@ -286,7 +285,7 @@ def new_robot_command(options: argparse.Namespace) -> Status:
 
     def search(design: "Design", series: "Series", attempt: int) -> "Sequence[Found]":
         seeded = argparse.Namespace(**{**vars(options), "seed": options.seed + attempt})
-        kept, _, interrupt = searched(design, series, seeded)
+        kept, interrupt = searched(design, series, seeded)
         if interrupt is not None:
             raise interrupt
         return kept

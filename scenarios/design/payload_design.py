@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
+import pinocchio as pin  # pyright: ignore[reportMissingImports]
 from pydantic import Field
 from scipy import optimize
 from scipy.spatial.transform import Rotation
@@ -96,19 +97,17 @@ class Weight:
 
 def mass_properties(solids: Sequence[Solid], density: float) -> Array:
     """Return mass [kg], centre [m] and inertia xx, yy, zz, xy, xz, yz about it [kg m^2] (Huygens-Steiner), (10,)."""
-    size = [np.array([solid.size[0], *solid.size])[-3:] for solid in solids]  # half extents
-    round_ = np.array([solid.cylinder for solid in solids])
-    masses = np.prod(2.0 * np.array(size), axis=1) * np.where(round_, np.pi / 4.0, 1.0)
-    squares = np.square(size) / 3.0  # mean squares of x, y, z about the centre
-    squares[round_, :2] *= 0.75
-    masses *= density
-    com = masses @ np.array([solid.center for solid in solids]) / masses.sum()
-    second = np.zeros((3, 3))  # moments of mass
-    for m, solid, square in zip(masses, solids, squares, strict=True):
-        r = solid.center - com
-        second += m * (solid.rotation * square @ solid.rotation.T + np.outer(r, r))
-    J = np.trace(second) * np.eye(3) - second
-    return np.array([masses.sum(), *com, J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]])
+    whole = pin.Inertia.Zero()
+    for solid in solids:
+        sides = 2.0 * np.array(solid.size)
+        if solid.cylinder:
+            diameter, length = sides
+            own = pin.Inertia.FromCylinder(density * np.pi / 4.0 * diameter**2 * length, diameter / 2.0, length)
+        else:
+            own = pin.Inertia.FromBox(density * np.prod(sides), *sides)
+        whole += pin.SE3(solid.rotation, solid.center).act(own)
+    J = whole.inertia
+    return np.array([whole.mass, *whole.lever, J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]])
 
 
 def payload_of(weight: Weight, flange: Flange) -> Payload:
@@ -265,12 +264,12 @@ class PayloadSearch:
         over = float(loaded.excess(self._coarse).max())
         return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
-    def refusal(self, weight: Weight) -> str:
-        """Return why a payload must not be mounted, or an empty text; limits are checked on a fine grid."""
+    def refusal(self, weight: Weight) -> str | None:
+        """Return why a payload must not be mounted, None if it may be; limits are checked on a fine grid."""
         loaded = self.loaded(weight)
         if (mass := loaded.plant.payload.mass) > self.most:
             return f"weighs {mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        return loaded.broken(self._fine) if loaded.excess(self._fine).max() > EXCESS else ""
+        return loaded.broken(self._fine) if loaded.excess(self._fine).max() > EXCESS else None
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
@@ -320,7 +319,7 @@ class PayloadSearch:
         payload, sizes = self.payload(weight), dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True))
         made = {"shape": weight.shape, "dimensions_mm": sizes, "turned_deg": 90 * weight.quarter}
         effect = dict(self.effect(Carried.nominal(payload), payload))
-        return DesignedWeight.model_validate({**effect, **made, "refusal": self.refusal(weight) or None})
+        return DesignedWeight.model_validate({**effect, **made, "refusal": self.refusal(weight)})
 
 
 def design_payload(

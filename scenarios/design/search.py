@@ -13,8 +13,7 @@ import pickle
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from itertools import pairwise
+from functools import lru_cache, partial
 
 import cma
 import numpy as np
@@ -232,20 +231,15 @@ def judge_in(pool: Executor, workers: int, design: Design, series: Series) -> Ju
     """Evaluate motions in the processes of a pool; the costs are those of `Design.cost`."""
     stated = pickle.dumps((replace(design), series))  # without what it has prepared
 
-    def judge(points: Sequence[Array]) -> list[float]:
-        bounds = np.linspace(0, len(points), workers + 1).astype(int)
-        parts = [points[a:b] for a, b in pairwise(bounds) if b > a]
-        return [cost for part in [pool.submit(_costs, stated, part) for part in parts] for cost in part.result()]
-
-    return judge
+    return lambda points: list(pool.map(partial(_cost, stated), points, chunksize=-(-len(points) // workers)))
 
 
 _prepared = lru_cache(maxsize=1)(pickle.loads)  # in a worker
 
 
-def _costs(stated: bytes, points: Sequence[Array]) -> list[float]:
+def _cost(stated: bytes, x: Array) -> float:
     design, series = _prepared(stated)
-    return [design.cost(series.motion(x)) for x in points]
+    return design.cost(series.motion(x))
 
 
 def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:

@@ -13,7 +13,7 @@ from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
-from scenarios.rendering.wording import number, percent, plus_minus, sentence, two_sigma
+from scenarios.rendering.wording import number, percent, plus_minus, sentence, twice, two_sigma
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, unseen_parts, unseen_verdict
 from scenarios.results.gains import quantity_table
 
@@ -99,10 +99,10 @@ class Verification(DiagnosedResult):
                 words=True,
             ),
             column("Mass [kg]", lambda each: number(each.mass, ".3f")),
-            column("2 sigma [kg]", lambda each: _twice(each.std)),
-            column("From residual [kg]", lambda each: _twice(each.residual_std), file_only=True),
-            column("From gains [kg]", lambda each: _twice(each.gain_std), file_only=True),
-            column("From model [kg]", lambda each: _twice(each.model_std), file_only=True),
+            column("2 sigma [kg]", lambda each: number(twice(each.std), ".3f")),
+            column("From residual [kg]", lambda each: number(twice(each.residual_std), ".3f"), file_only=True),
+            column("From gains [kg]", lambda each: number(twice(each.gain_std), ".3f"), file_only=True),
+            column("From model [kg]", lambda each: number(twice(each.model_std), ".3f"), file_only=True),
             column("Error [%]", lambda each: percent(each.rel_error, "+.2f")),
             column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
             column("Verdict", lambda each: VERDICTS[each.verdict], words=True),
@@ -148,10 +148,6 @@ class Verification(DiagnosedResult):
         else:
             words = f"the mass is inconclusive: {together.reason}"
         return Paragraph(sentence(f"FAILED: {words}"), Mood.BAD, strong=True)
-
-
-def _twice(std: float | None) -> str:
-    return number(None if std is None else 2.0 * std, ".3f")
 
 
 def _error(of: Weighed | CommonError | Departure) -> str:

@@ -35,9 +35,14 @@ def percent_range(low: float, high: float, form: str = ".3f") -> str:
     return f"{percent(low, form)}..{percent(high, form)}"
 
 
+def twice(std: float | None) -> float | None:
+    """Return two standard deviations."""
+    return None if std is None else 2.0 * std
+
+
 def two_sigma(std: float | None, form: str = ".2f") -> str:
     """Return two standard deviations in percent, from a relative standard deviation."""
-    return percent(None if std is None else 2.0 * std, form)
+    return percent(twice(std), form)
 
 
 def rounded(value: float | None, spread: float | None) -> str:

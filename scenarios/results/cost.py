@@ -14,7 +14,7 @@ from scenarios.experiments.verdict import ArmError
 from scenarios.rendering.content import ColumnOf, Paragraph, Part, column, table, verdict
 from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
-from scenarios.rendering.wording import in_unit, number, percent, rounded, two_sigma
+from scenarios.rendering.wording import in_unit, number, percent, rounded, twice, two_sigma
 
 if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import CostVerdict
@@ -122,7 +122,7 @@ class ResultCost(ResultModel):
             yield self.verdict()
 
         def row(each: CostQuantity) -> tuple[str, ...]:
-            numbers = each.assumed, _twice(each.assumed_std), each.found, _twice(each.found_std)
+            numbers = each.assumed, twice(each.assumed_std), each.found, twice(each.found_std)
             true = each.true if judged else each.stated
             unit, (before, wide, after, narrow, true) = in_unit(each.unit, *numbers, true)
             pairs = (before, wide), (wide, wide), (after, narrow), (narrow, narrow), (true, narrow if judged else wide)
@@ -150,9 +150,9 @@ class ResultCost(ResultModel):
             column(f"Identified gain [{unit}]", lambda each: number(each.gain, ".4f"), file_only=True),
             column("Identified\nminus assumed [%]", lambda each: percent(each.rel_change, "+.1f")),
             column("Mass by\nassumed gain [kg]", lambda each: number(each.assumed_mass, ".3f")),
-            column("2 sigma [kg]", lambda each: number(_twice(each.assumed_mass_std), ".3f")),
+            column("2 sigma [kg]", lambda each: number(twice(each.assumed_mass_std), ".3f")),
             column("Mass by\nidentified gain [kg]", lambda each: number(each.found_mass, ".3f")),
-            column("2 sigma [kg]", lambda each: number(_twice(each.found_mass_std), ".3f")),
+            column("2 sigma [kg]", lambda each: number(twice(each.found_mass_std), ".3f")),
             column("Torque\nerror,\nassumed [%]", lambda each: percent(each.assumed_torque_error, ".1f")),
             column("Torque\nerror,\nidentified [%]", lambda each: percent(each.found_torque_error, ".1f")),
         ]
@@ -192,7 +192,3 @@ class ResultCost(ResultModel):
             return Paragraph(f"T{said}. The identified gains reproduce this mass, as they were identified with it.")
         said += f"; with identified gains {off(mass.found)}, tolerance {100.0 * (self.tolerance or 0.0):.3g} %"
         return verdict(f"t{said}", self.passed)
-
-
-def _twice(std: float | None) -> float | None:
-    return None if std is None else 2.0 * std

@@ -58,7 +58,7 @@ def still(monkeypatch):
 
     monkeypatch.setattr(folder_module, "best_fitted", found)
     monkeypatch.setattr(Design, "deviations", lambda design, _: np.full(design.plant.robot.n, 0.013))
-    monkeypatch.setattr("scenarios.commands.design.searched", lambda *_: ([], 0, None))
+    monkeypatch.setattr("scenarios.commands.design.searched", lambda *_: ([], None))
 
 
 @pytest.mark.usefixtures("still")

@@ -218,6 +218,7 @@ def test_torque_constants_are_written_by_joint(cell):
         (["--ros-params", "patched.urdf"], "expected different files"),
         (["--arm", "hip.json"], "bare motions of joints hip_joint"),
         (["--arm", "seven.json"], "reference = 7"),
+        (["--arm", "none.json"], "none.json: not what `rx90 identify --model ROBOT --unloaded A --json` prints of bare"),
         (["--nominal", "thousands.toml"], "--nominal: joint 3: "),
         (["--gains", "knee.toml"], "joint 3 is knee_joint"),
         (["--max-rel-std", "0"], "expected 1e-06 to 1"),
@@ -230,6 +231,7 @@ def test_a_contradiction_is_one_line(cell, more, match, capsys, monkeypatch):
     Path("thousands.toml").write_text(gains_text({**OLD, 2: 1000.0 * OLD[2]}))
     document = bare_document(reference=7)
     Path("seven.json").write_text(json.dumps(document))
+    Path("none.json").write_text(json.dumps({**document, "joints": 3}))
     document["joints"][0]["name"] = "hip_joint"
     Path("hip.json").write_text(json.dumps(document))
     before = Path("arm.urdf").read_bytes()

@@ -104,7 +104,7 @@ def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(written)
     with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; save it again"):
         page_of(written)
     (written / "rows.parquet").unlink()
-    with pytest.raises(ScenarioError, match=r"rows\.parquet: No such file or directory; paper\.json names it: save it again"):
+    with pytest.raises(ScenarioError, match=r"No such file or directory; paper\.json names it: save it again"):
         page_of(written)
 
 

@@ -218,7 +218,7 @@ def test_torque_constants_are_written_by_joint(cell):
         (["--ros-params", "patched.urdf"], "expected different files"),
         (["--arm", "hip.json"], "bare motions of joints hip_joint"),
         (["--arm", "seven.json"], "reference = 7"),
-        (["--arm", "none.json"], "none.json: not what `rx90 identify --model ROBOT --unloaded A --json` prints of bare"),
+        (["--arm", "none.json"], "none.json: not what `rx90 identify --model ROBOT --unloaded A --json` prints of"),
         (["--nominal", "thousands.toml"], "--nominal: joint 3: "),
         (["--gains", "knee.toml"], "joint 3 is knee_joint"),
         (["--max-rel-std", "0"], "expected 1e-06 to 1"),

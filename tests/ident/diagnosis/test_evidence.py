@@ -95,6 +95,18 @@ def test_what_is_held_out_is_left_by_a_fit_that_has_not_seen_the_block(made):
     np.testing.assert_allclose(made.fits.sigma, made.sigma(), rtol=RIDGE)
 
 
+def test_long_blocks_are_predicted_as_short_ones(rng):
+    # (I - Q_b Q_b') times the held-out residual is the residual: of blocks of more than twice as many rows as columns.
+    block = np.repeat(np.arange(3), (31, 9, 47))
+    fit = free_fit(rng.normal(size=(87, 5)) * (0.3, 7.0, 2.0, 5.0, 11.0), rng.normal(size=87), block, 3)
+    assert fit.width > 2 * fit.Q.shape[1]
+    x, Q = rng.normal(size=(87, 2)), fit.Q.at(np.arange(87))
+    found = fit.predicted(x).reshape(-1, 2)[fit.place]
+    for b in range(3):
+        own = block == b
+        np.testing.assert_allclose(found[own] - Q[own] @ (Q[own].T @ found[own]), x[own], rtol=0, atol=1e-12)
+
+
 def test_a_joint_with_dependent_columns_is_predicted_as_without_them(made):
     W, V, block = made.W[0], made.V[0], made.block[0]
     doubled = np.column_stack((W, W[:, 0] - 3.0 * W[:, 2], np.zeros(len(V))))

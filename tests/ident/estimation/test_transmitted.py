@@ -87,6 +87,19 @@ def test_a_motor_that_also_turns_by_another_angle_carries_another_torque(axes, b
         np.testing.assert_allclose(found[..., motor], change, rtol=0, atol=1e-5 * np.abs(change).max())
 
 
+def test_a_motion_in_pieces_has_the_torques_of_the_whole(axes, monkeypatch):
+    problem = problem_of(axes, logs_of(Truth(), noise=0.0))
+    ready, plain = fitted_to(problem)
+    (along, *_) = torques_of(ready, plain.theta)
+    whole = along.sampled, along.softened(), along.misplaced()
+    monkeypatch.setattr("ident.support.arrays.PIECE", len(along.sampled) // 3 + 1)
+    observed = replace(along.sweep.motion.observation)  # without what is kept
+    motions = (replace(along.sweep.motion, observation=observed), *problem.motions[1:])
+    pieces = replace(along, sweep=replace(along.sweep, problem=replace(problem, motions=motions)))
+    for found, expected in zip((pieces.sampled, pieces.softened(), pieces.misplaced()), whole, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("late", [0.0, 0.016])
 def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
     # The same currents, stamped two samples early, with a delay that says so.

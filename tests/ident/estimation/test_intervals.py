@@ -81,6 +81,16 @@ def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
     np.testing.assert_allclose(both * scale, one, rtol=1e-12)
 
 
+def test_a_basis_without_its_zeros_is_the_whole_one(rng):
+    own, more = [rng.normal(size=size) for size in ((5, 2), (3, 4))], rng.normal(size=(8, 3))
+    basis, dense = Basis.of(*own).beside(more), np.hstack((linalg.block_diag(*own), more))
+    x, y, some = rng.normal(size=(9, 2)), rng.normal(size=(8, 2)), np.array([1, 4, 6])
+    assert basis.shape == dense.shape
+    np.testing.assert_array_equal(basis.at(some), dense[some])
+    np.testing.assert_allclose(basis.times(x), dense @ x, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(basis.against(y), dense.T @ y, rtol=0, atol=1e-14)
+
+
 def test_of_no_gain_there_is_no_covariance():
     none = np.zeros(0, dtype=int)
     rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, unknowns={},

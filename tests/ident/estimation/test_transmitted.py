@@ -26,6 +26,7 @@ from ident.estimation.terms import (
     without_friction,
 )
 from ident.model.arm import with_transmission
+from ident.model.displacement import Dynamics
 from ident.model.regressor import inverse_dynamics
 from ident.numerics.signals import low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
@@ -91,12 +92,12 @@ def test_a_motion_in_pieces_has_the_torques_of_the_whole(axes, monkeypatch):
     problem = problem_of(axes, logs_of(Truth(), noise=0.0))
     ready, plain = fitted_to(problem)
     (along, *_) = torques_of(ready, plain.theta)
-    whole = along.sampled, along.softened(), along.misplaced()
+    whole = along.sampled, along.softened(), along.by(Dynamics.misplaced)
     monkeypatch.setattr("ident.support.arrays.PIECE", len(along.sampled) // 3 + 1)
     observed = replace(along.sweep.motion.observation)  # without what is kept
     motions = (replace(along.sweep.motion, observation=observed), *problem.motions[1:])
     pieces = replace(along, sweep=replace(along.sweep, problem=replace(problem, motions=motions)))
-    for found, expected in zip((pieces.sampled, pieces.softened(), pieces.misplaced()), whole, strict=True):
+    for found, expected in zip((pieces.sampled, pieces.softened(), pieces.by(Dynamics.misplaced)), whole, strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 

@@ -187,7 +187,7 @@ def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
         own = slice(None) if which is None else slice(which, which + 1)
         columns = [each[:, own].sum(axis=1, keepdims=True) for each in longer]
         yield small(
-            lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])), columns,
+            lambda value, which=which: lengthened(logs, which, float(np.exp(value[0]))), columns,
             scale=100.0, largest=LARGEST_LENGTH,
         )  # fmt: skip
 

@@ -201,7 +201,7 @@ def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     slower = reference.change(lambda along: along.slowed_down())
     for scope in scopes(len(logs.recordings)):
         yield small(
-            lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
+            lambda value, scope=scope: timed(logs, scope, float(np.exp(value[0]))),
             reference.within(slower, scope), scale=100.0, largest=LARGEST_CLOCK,
         )  # fmt: skip
 

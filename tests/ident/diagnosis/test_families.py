@@ -185,7 +185,8 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
         if each.family == "delay" and m > 1:  # each joint by a time of its own
             np.testing.assert_allclose(other.hypothesis.logs[each.logs[0]].delay, 0.013, rtol=1e-12)
             continue
-        size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
+        change = np.expm1(0.013) if each.family in ("lengths", "clock") else 0.013  # factors, which are positive
+        size = change * np.sqrt(m) * each.scale + (each.family == "current scale")
         own_sign = each.family in ("clock", "delay", "current scale", "ratio")  # angles are told as what undoes them
         np.testing.assert_allclose(other.value if own_sign else abs(other.value), size, rtol=1e-9)
 

@@ -32,7 +32,7 @@ LOOKED_AT = 3
 """Number of best alternatives of each kind that are compared exactly."""
 MOST = 4
 """Largest number of faults and terms in one set of logs."""
-REFINED, SETTLED = 9, 0.5
+REFINED, SETTLED = 5, 0.5
 """Largest number of steps that refine the size of a fault, and step, in standard deviations, below which they end."""
 
 

@@ -258,14 +258,15 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     factor = np.where(own, 1.0 / scale, 1.0)
     what = f"v{joints[0] + 1} is" if joints else "all currents are"
     words = f"{what} negated" if scale == -1.0 else f"{what} scaled by {scale:.4g}"
-    natural = min(NATURAL, key=lambda each: abs(np.log(abs(scale) / each)))
-    exact = f"; {1.0 / scale:.4g} fits best" if abs(scale) != natural else ""
+    natural, exact = min(NATURAL, key=lambda each: abs(np.log(abs(scale) / each))), ""
     if abs(np.log(abs(scale) / natural)) > SCALE_STD:
-        natural, exact = abs(scale), ""
-    line = _remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
-    advice = f"use one unit and one sign of the current in all logs: {line}{exact}"
-    if abs(scale - 1.0) <= LARGEST_SCALE:  # magnets weaken by 0.1 to 0.2 % per K
-        advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
+        natural = abs(scale)
+    elif abs(scale) != natural:
+        exact = f"; {1.0 / scale:.4g} fits best"
+    advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
+    if abs(scale - 1.0) > LARGEST_SCALE:  # more than magnets weaken, by 0.1 to 0.2 % per K
+        line = _remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
+        advice = f"use one unit and one sign of the current in all logs: {line}{exact}"
     return Alternative(
         family=SIGN if scale < 0.0 else "current scale", parameter="current scale",
         words=in_logs(words, scope, logs.names), joints=joints, logs=scope,

@@ -56,6 +56,8 @@ from ident.support.errors import IdentificationError
 DELAY = "delay"
 STEPS = 5
 """Largest number of further estimates that refine the size of a fault that only gains reveal."""
+WITH_RATIO = 2
+"""Largest number of faults that begin with a ratio of all joints, which explains impossible positions alone or not."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
@@ -66,13 +68,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
-    common = bool(of_logs) and of_logs[0].best.alternative.key == (
-        "ratio",
-        (),
-        logs.every,
-    )  # explains nearly all, or nothing
     impossible = bool(joints_beyond_limits(logs))
-    if impossible and len(of_logs) >= (3 if common else MOST):
+    ratio = bool(of_logs) and of_logs[0].best.alternative.key == ("ratio", (), logs.every)
+    if impossible and len(of_logs) > (WITH_RATIO if ratio else MOST - 1):  # they are not what is wrong
         of_logs, found = [], list[Fault]()
     if known is not None and not of_logs and not impossible:
         of_logs = [*known.beyond_first_order(seen)]

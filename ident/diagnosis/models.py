@@ -135,9 +135,8 @@ class Reference:
         """Rate of change of the torques and of viscous friction along a log [N m / s], shape (S, n, 1)."""
         log, friction = along.sweep.number, [self.fitted.friction(j) for j in range(self.ready.n)]
         viscous = np.array([own.get(("Fv", log), own.get(("Fv", -1), 0.0)) for own in friction])
-        return (slopes(along.sweep.knots, along.sampled) + viscous / self.fitted.h * along.sweep.behind.states.ddq)[
-            ..., None
-        ]
+        braking = viscous / self.fitted.h * along.sweep.behind.states.ddq
+        return (slopes(along.sweep.knots, along.sampled) + braking)[..., None]
 
 
 def _filtered(sweep: Sweep, torque: Array) -> Array:

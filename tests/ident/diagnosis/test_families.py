@@ -169,6 +169,13 @@ def test_one_log_has_no_other_scale_and_no_log_of_its_own():
     assert in_logs("x", (1,), ("far/a", "near/a")) == "x in near/a alone"
 
 
+@pytest.mark.parametrize(
+    ("scale", "advice"), [(0.93, "equally warm drives"), (1012.0, "'v.factor = 0.001'; 0.0009881")]
+)
+def test_a_small_scale_of_a_log_may_be_temperature_and_a_large_one_a_unit(sound, scale, advice):
+    assert advice in column_faults.scaled(sound, (1,), (), scale).advice
+
+
 @pytest.fixture(scope="module")
 def found(sound):
     return directions(reference(sound.problem), sound, FAMILIES)

@@ -233,7 +233,7 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     (q, v, dq, dv), wrong = by_joint(recording), list[tuple[tuple[int, ...], str]]()
     n, low, high = len(q), v.min(axis=1), v.max(axis=1)
     to_and_fro = (dq.max(axis=1) > 0.0).all() and (dq.min(axis=1) < 0.0).all()  # where friction has both signs
-    if n > 1 and to_and_fro and (low >= 0.0).all():
+    if n > 2 and to_and_fro and (low >= 0.0).all():  # gravity may exceed friction on both joints of two
         sentence = "v is never negative on any joint, though all joints move in both directions: v has no sign"
         wrong.append((tuple(range(n)), sentence))
     else:

@@ -65,6 +65,8 @@ def test_currents_without_a_sign_are_named_where_all_joints_move_to_and_fro(ur_l
     held = np.column_stack((sized[:, :5], ur_log.v[:, 5]))  # gravity may hold all others one way
     one_way = np.column_stack((ur_log.q[:, :5], 0.4 * ur_log.t))
     assert named(ur_log.q, held) == named(one_way, sized) == named(ur_log.q, ur_log.v) == []
+    assert named(ur_log.q[:, :3], sized[:, :3]) == [(0, 1, 2)]
+    assert named(ur_log.q[:, :2], sized[:, :2]) == []  # gravity may hold both
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -210,7 +210,10 @@ def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
         loud = np.maximum(np.sqrt(V[:, -1]), 1e-300)
         explained = np.where(h == 0.0, np.abs(along) * length / loud, -1.0)
         best = int(np.argmax(explained))  # the joint with the best fit is added first
-        size = abs(along[best]) if along[best] * sign[best] > 0.0 else loud[best] / max(length[best], 1e-300)
+        if length[best] > 0.0:
+            size = abs(along[best]) if along[best] * sign[best] > 0.0 else loud[best] / length[best]
+        else:  # no joint before it shows any torque of this one
+            size = np.abs(h).max()
         h[best] = sign[best] * (float(size) or 1.0)
     return h
 

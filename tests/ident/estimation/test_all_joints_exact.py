@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from exact import EXACT, GAIN, TRUSTING, exact_pair, exact_problem, shared_columns, values
 from pinocchio_arms import random_arm
@@ -194,6 +195,22 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
         pseudo = np.linalg.pinv(W / np.where(norms > 0.0, norms, 1.0), rcond=1e-9)
         z = pseudo[:2] @ columns.V[own] / (ready.sigma[j] * np.linalg.norm(pseudo[:2], axis=1))
         np.testing.assert_allclose(brakes[j], z[np.argmax(np.abs(z))], rtol=1e-4)
+
+
+def test_a_joint_on_which_no_other_shows_a_torque_starts_at_the_scale_of_the_others(rng):
+    # A joint that turns about the vertical of a lift: a payload of known mass weighs on the lift alone.
+    model = pin.Model()
+    for j, kind in enumerate((pin.JointModelPZ(), pin.JointModelRZ())):
+        index = model.addJoint(j, kind, pin.SE3.Identity(), f"joint{j + 1}")
+        model.appendBodyToJoint(index, pin.Inertia.Random(), pin.SE3.Identity())
+    structure = structure_of(arm_from_pinocchio(model))
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi.reshape(-1, 14)[:2, [5, 9, 10, 11, 12]] = (0.7, 4.1, 0.6, 2.3, 3.7), (0.4, 2.6, 0.3, 1.9, 2.8)
+    known = Payload(mass=5.3, com=None, known="mass")
+    motions = [(chi, None, None), (chi, known, known)]
+    problem = exact_problem(structure, motions, np.array([3.1, -17.0]), rng, noise=1e-3)
+    start = setting(problem, per_motion=False, prior_std=1.0).start
+    np.testing.assert_allclose(start, [1.0 / 3.1, -1.0 / 3.1], rtol=0.05)
 
 
 # Student's loss: what least squares sees of residuals, and what it finds then

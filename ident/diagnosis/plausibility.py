@@ -124,11 +124,15 @@ def cause_of(error: IdentificationError, problem: Problem) -> IdentificationErro
 
 
 def swapped(estimate: GainEstimate) -> bool:
-    """Whether all loads of an estimate with gains are negative for gains of the sign of friction: files are swapped."""
+    """Whether all loads of an estimate with gains are negative for gains of the sign of friction: files are swapped.
+
+    Without significant friction on any joint with a load, gains are taken as positive.
+    """
     signs = joint_signs(estimate)
-    seen = np.abs(signs.load_z) > LOAD_Z
-    sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
-    return bool(estimate.identified and seen.any() and not (signs.load_z * sign > 0.0)[seen].any())
+    seen, braked = np.abs(signs.load_z) > LOAD_Z, np.abs(signs.friction_z) > FRICTION_Z
+    told = seen & braked if (seen & braked).any() else seen
+    sign = np.where(braked, np.sign(signs.friction_z), 1.0)
+    return bool(estimate.identified and told.any() and not (signs.load_z * sign > 0.0)[told].any())
 
 
 def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:

@@ -53,6 +53,17 @@ def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(
     assert (values(estimate)[estimate.identifiable] < 0.0).all()
 
 
+def test_joints_without_significant_friction_do_not_say_whether_files_are_swapped(structure, heavy, rng):
+    chi = rng.uniform(0.5, 2.0, 84)
+    chi.reshape(6, 14)[[0, 3, 4], 11:13] = 0.0
+    gain = np.array([-2.1, 1.7, -0.8, 3.3, -1.4, 0.6])
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], gain, rng, noise=0.02, rows=400)
+    bare, loaded = (each.observation for each in problem.motions)
+    check_load(drive_gains(bare, loaded, heavy, GainOptions()))
+    with pytest.raises(NotIdentifiable, match="probably swapped"):
+        check_load(drive_gains(loaded, bare, heavy, GainOptions()))
+
+
 def test_positions_beyond_the_range_of_a_joint_are_refused_and_those_within_its_slack_are_not(arm):
     q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
     check_positions(arm, log(q))

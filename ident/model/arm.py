@@ -146,6 +146,20 @@ def load_joints(
         return arm_from_pinocchio(model, couplings), minimal
 
 
+def fixed_frame(path: Path, arm: Arm, body: str) -> tuple[Array, Array]:
+    """Return orientation and origin [m], in the last frame of an arm, of a body of its file fixed to the last link.
+
+    Raises `RobotModelError` if there is no such body.
+    """
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]
+
+    model = load_pinocchio(minimal_model(path, body), path)
+    if tuple(model.names[1:]) != arm.joint_names:
+        raise RobotModelError(f"robot model {one_line(path)}: {shown(body)} is not fixed to the last link of the arm")
+    place = model.frames[model.getFrameId(body, pin.FrameType.BODY)].placement
+    return np.array(place.rotation), np.array(place.translation)
+
+
 def check_own_motors(arm: Arm, minimal: MinimalModel) -> None:
     """Refuse, by `RobotModelError`, an arm whose file has motors that turn several joints, unless couplings do so."""
     stated = [{arm.joint_names[k] for k in pair} for pair in arm.couplings]

@@ -15,6 +15,7 @@ single one of them causes it.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from ident.estimation.gain_comparison import common_scale, sharing_joints
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
-from ident.parameters.payload import SURE, FoundBody, FoundPayload, payload_of
-from ident.payload.payload import HEAVIEST, LIGHTEST, Payload
+from ident.parameters.payload import CENTRE, SURE, UNITS, FoundBody, FoundPayload, payload_of
+from ident.payload.payload import HEAVIEST, INERTIA_KEYS, LIGHTEST, Payload
 from ident.support.errors import NotIdentifiable, PayloadError
 
 LEVEL = 0.05
@@ -115,6 +116,38 @@ def as_stated(body: FoundBody) -> Payload | None:
     if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
         return None
     return Payload(mass=mass.value, mass_std=mass.std, known="mass")
+
+
+def as_load(body: FoundBody, *, most: float) -> tuple[Payload | None, str | None]:
+    """Return an estimated body as a payload with `known = "all"`, or "com" and why its inertia is left out.
+
+    None and why if mass or centre has no value, is not plausible, or has a relative standard deviation above `most`;
+    those of centre and inertia are norms of all components, relative to the norm of the values.
+    """
+    values: dict[str, Any] = {}
+    why = None
+    for part, names in (("mass", ("mass",)), ("com", CENTRE), ("inertia", INERTIA_KEYS)):
+        x, std = np.array([(each.value, each.std) for name in names if (each := body.of(name))]).reshape(-1, 2).T
+        size, spread, unit = float(np.linalg.norm(x)), float(np.linalg.norm(std)), UNITS[names[0]]
+        if len(x) < len(names):
+            why = next(body.refused[name] for name in names if name in body.refused)
+        elif spread > most * size:
+            why = f"{size:.3g} {unit} has a standard deviation of {spread:.2g} {unit}, more than {100.0 * most:g} %"
+        elif part == "mass":
+            values |= {"mass": float(x[0]), "mass_std": float(std[0])}
+        else:
+            values |= {part: tuple(x.tolist()), f"{part}_std": tuple(std.tolist())}
+        if why is not None:
+            why = f"{part}: {why}"
+            if part != "inertia":
+                return None, why
+    for known in ("all", "com") if why is None else ("com",):
+        values = {key: x for key, x in values.items() if known == "all" or "inertia" not in key}
+        try:
+            return Payload(**values, known=known), why
+        except PayloadError as error:
+            why = str(error)
+    return None, why
 
 
 def masses_of_joints(payload: Payload, gains: KnownGains, estimate: GainEstimate | str) -> tuple[Quantity | str, ...]:

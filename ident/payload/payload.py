@@ -94,7 +94,7 @@ class Payload:
                 raise PayloadError(f"known = {self.known!r} but {name} is missing; add it, or set known = 'mass'")
         if self.inertia is None:
             return
-        low, middle, high = np.linalg.eigvalsh(_matrix(self.inertia))
+        low, middle, high = np.linalg.eigvalsh(inertia_matrix(self.inertia))
         slack = 1e-9 * max(abs(low), abs(high), 1e-12)
         if low < -slack:
             raise PayloadError(f"inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
@@ -147,11 +147,12 @@ def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequ
     iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
     """
     c = np.asarray(com, dtype=np.float64)
-    J = _matrix(inertia) + mass * (c @ c * np.eye(3) - np.outer(c, c))
+    J = inertia_matrix(inertia) + mass * (c @ c * np.eye(3) - np.outer(c, c))
     return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
 
 
-def _matrix(inertia: Sequence[float] | Array) -> Array:
+def inertia_matrix(inertia: Sequence[float] | Array) -> Array:
+    """Return the matrix of moments and products in the order of `INERTIA_KEYS`, shape (3, 3)."""
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 

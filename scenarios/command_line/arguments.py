@@ -118,5 +118,6 @@ def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
 
 
 parquet_file = partial(gains_file, known=(".parquet",))
-FILES = (file, gains_file, parquet_file)
+load_file = partial(gains_file, known=(".json", ".script"))
+FILES = (file, gains_file, parquet_file, load_file)
 """Types that a shell completes with files."""

@@ -12,6 +12,7 @@ from scenarios.command_line.process import Status
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from ident.model.structure import Structure
     from ident.payload.payload import Payload
     from scenarios.gains_in_use.known_gains import Weighing
     from scenarios.results.gains_file import GainsFile
@@ -56,8 +57,9 @@ def verify_command(options: argparse.Namespace) -> Status:
     file, payload = read_gains(options.gains), read_payload(loaded[0].payload)
     unloaded = [path for each in mounted if each.payload is None for path in each.recordings]
     with output.under_way(options, "weighing"):
-        found = _payload_of(options, file, unloaded, loaded[0].recordings, payload)
-        prepared, arm = found.prepared, found.prepared.problem.structure.arm
+        structure = inputs.robot_of(options, options.model).structure
+        found = _payload_of(options, structure, file, unloaded, loaded[0].recordings, payload)
+        prepared, arm = found.prepared, structure.arm
         log, unseen = inputs.unseen_motion(options, inputs.log_description(options, arm.joint_names)), None
         if log is not None:
             check_unseen(file, [], [log.recording])
@@ -92,6 +94,7 @@ def _compared(options: argparse.Namespace) -> Status:
 
 def _payload_of(
     options: argparse.Namespace,
+    structure: "Structure",
     file: "GainsFile",
     unloaded: Sequence[Path],
     loaded: Sequence[Path],
@@ -100,7 +103,6 @@ def _payload_of(
     """Read recordings and estimate their payload, weighed or not, with the gains of a file."""
     from scenarios.gains_in_use.known_gains import weighing
 
-    structure = inputs.robot_of(options, options.model).structure
     description = inputs.log_description(options, structure.arm.joint_names)
     bare, heavy = (inputs.read_unrepaired(each, description) for each in (unloaded, loaded))
     delay = options.current_delay if isinstance(options.current_delay, float) else None
@@ -114,22 +116,58 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
     add("--unloaded", type=arguments.file, nargs="+", required=True, metavar="A", help="recordings with a bare flange")
     inputs.add_gains_argument(parser, needed=True)
     inputs.add_model_arguments(parser)
+    text = "write the load for the controller: .script with URScript's set_target_payload, .json for Franka's setLoad"
+    add("--out", type=arguments.load_file, metavar="FILE", help=text)
+    text = "body on the last link whose frame is the controller's flange, such as tool0 or panda_link8; with --out"
+    add("--frame", metavar="BODY", help=text)
+    _add_limit_argument(parser)
+    text = (
+        "motion with this payload that is in no LOG; status 1, and nothing written, if its currents are not predicted"
+    )
+    add("--unseen", type=arguments.file, metavar="LOG", help=text)
     inputs.add_log_arguments(parser)
     inputs.add_delay_argument(parser)
+    output.add_force_argument(parser, "; write a load that fails to predict --unseen, or of which joints disagree")
 
 
 def payload_of_command(options: argparse.Namespace) -> Status:
-    """Estimate an unknown payload with known gains."""
-    from scenarios.gains_in_use.weighing import FoundPayload
+    """Estimate an unknown payload with known gains, and write it for a controller; status 1 if it is not written."""
+    claim = output.may_write(options, options.out, command="rx90 payload-of")
+    if (options.out is None) != (options.frame is None):
+        raise ScenarioError("--out FILE and --frame BODY: give both, or none")
+    from ident.model.arm import fixed_frame
+    from ident.parameters.weighing import as_load
+    from ident.unseen import predict_with
+    from scenarios.gains_in_use.controller_files import LOADS, in_frame
+    from scenarios.gains_in_use.known_gains import check_unseen
+    from scenarios.gains_in_use.weighing import ControllerLoad, FoundPayload
     from scenarios.results.gains_file import read_gains
 
-    file = read_gains(options.gains)
+    file, robot = read_gains(options.gains), inputs.robot_of(options, options.model)
+    arm, unseen = robot.structure.arm, None
+    place = None if options.frame is None else fixed_frame(robot.model, arm, options.frame)
     with output.under_way(options, "weighing"):
-        found = _payload_of(options, file, options.unloaded, options.logs)
+        found = _payload_of(options, robot.structure, file, options.unloaded, options.logs)
+        load, why = as_load(found.payload.body, most=options.max_rel_std)
+        if options.unseen is not None:
+            if load is None:
+                raise ScenarioError(f"--unseen: the payload found cannot predict a motion: {why}")
+            mounted = [inputs.Mounting((options.unseen,), None)]
+            (log,) = inputs.read_motions(mounted, inputs.log_description(options, arm.joint_names))
+            check_unseen(file, [], [log.recording])
+            unseen = predict_with(file.known, found.prepared, replace(log, payload=load))
     joints = () if found.verified is None else found.verified.joints
-    result = FoundPayload.of(found.payload, joints, found.found)
+    result = FoundPayload.of(found.payload, joints, found.found, unseen=unseen)
+    passed = unseen is None or unseen.passed
+    if claim is not None and place is not None:
+        text = None if load is None else LOADS[options.out.suffix.lower()](in_frame(load, *place), str(options.frame))
+        passed = passed and text is not None and not result.apart
+        if written := text is not None and (passed or options.force):
+            with claim.writing():
+                options.out.write_text(text, encoding="utf-8")
+        result.load = ControllerLoad(out=str(options.out), frame=str(options.frame), written=written, reason=why)
     title = f"Payload of {', '.join(map(one_line, options.logs))}, with {one_line(options.gains)}"
-    return output.show(result.report(title), options)
+    return output.show(result.report(title), options, passed=passed)
 
 
 def torque_arguments(parser: argparse.ArgumentParser) -> None:
@@ -164,6 +202,11 @@ def torque_command(options: argparse.Namespace) -> Status:
     return output.show(result.report(title), options)
 
 
+def _add_limit_argument(parser: argparse.ArgumentParser) -> None:
+    text = "largest relative standard deviation of a value that is written (default %(default)s)"
+    parser.add_argument("--max-rel-std", type=REL_STD, default=0.1, metavar="X", help=text)
+
+
 def patch_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare model, gains, bare motions and written files."""
     add = parser.add_argument
@@ -178,10 +221,10 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
         "write mass, centre and inertia of the links too; --arm must come from bare recordings identified with --gains"
     )
     add("--links", action="store_true", help=text)
-    text = "largest relative standard deviation of a value that is written (default %(default)s)"
-    add("--max-rel-std", type=REL_STD, default=0.1, metavar="X", help=text)
+    _add_limit_argument(parser)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
-    add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
+    text = "write torque constants and, of a URDF with --nominal, effort limits as ROS 2 parameters, YAML"
+    add("--ros-params", type=arguments.file, metavar="FILE", help=text)
     text = (
         "The copy is written only if it predicts the currents of LOG within the expected error, and not significantly "
         "worse than a copy with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
@@ -207,10 +250,11 @@ def patch_command(options: argparse.Namespace) -> Status:
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
     from scenarios.experiments.robots import nominal_links, read_arm
+    from scenarios.gains_in_use.controller_files import ros_parameters
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.patch import NOT_BARE, Patched, joint_values, link_values, predicted_by_models
     from scenarios.results.bare import BareResult
-    from scenarios.results.gains_file import read_gains, ros_parameters
+    from scenarios.results.gains_file import read_gains
     from scenarios.results.record import read_result
 
     structure, gains = structure_of(read_arm(model, (), flange=flange)), read_gains(options.gains)
@@ -232,7 +276,8 @@ def patch_command(options: argparse.Namespace) -> Status:
             both, links = ((copy, gains), (rival, nominal)), options.links
             unseen = predicted_by_models(log, structure, *both, bare=bare, links=links, model=model, flange=flange)
     passed = unseen is None or unseen.not_worse
-    contents = (copy, ros_parameters(gains, structure.arm.joint_names).encode())
+    efforts = {each.joint: float(each.after) for each in changes if each.attribute == "effort" and each.after}
+    contents = (copy, ros_parameters(gains, structure.arm.joint_names, efforts).encode())
     for path, right, content in zip(written, claim, contents, strict=False) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)

@@ -144,7 +144,7 @@ def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     joint_of = {int(body): j for j, body in enumerate(model.jnt_bodyid)}
     for body in range(1, model.nbody):
         root = int(model.body_weldid[body])  # the moving body to which it is fixed
-        if root:
+        if root in joint_of:  # others stand still, as the world and mocap bodies
             j = joint_of[root]
             R = data.xmat[root].reshape(3, 3)
             axes = R.T @ data.ximat[body].reshape(3, 3)

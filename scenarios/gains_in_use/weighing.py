@@ -156,6 +156,15 @@ def _error(of: Weighed | CommonError | Departure) -> str:
     return f"{two_digits(100.0 * error, sign='+')} % (2 sigma {two_digits(200.0 * std)} %)"
 
 
+class ControllerLoad(ResultModel):
+    """A file with the payload for a controller."""
+
+    out: str  # the file
+    frame: str  # body of the model in whose frame the payload is written
+    written: bool  # whether the file was written; a payload that fails a test needs --force
+    reason: str | None  # why it has no inertia, or has no mass or centre and was not written; null for none
+
+
 class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints."""
 
@@ -168,9 +177,17 @@ class FoundPayload(DiagnosedResult):
         description="Mass from each joint alone compared with that from all; empty if the latter is not significant"
     )
     notes: list[str]  # what the method selected, and remarks
+    unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
+    load: ControllerLoad | None = None  # what was written for a controller, null if nothing was asked for
 
     @classmethod
-    def of(cls, found: payload.FoundPayload, joints: Sequence[Weighed], diagnosed: Diagnosed) -> "FoundPayload":
+    def of(
+        cls,
+        found: payload.FoundPayload,
+        joints: Sequence[Weighed],
+        diagnosed: Diagnosed,
+        unseen: Unseen | None,
+    ) -> "FoundPayload":
         """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
         return cls(
             parameters=list(map(PayloadParameter.model_validate, found.parameters)),
@@ -180,6 +197,7 @@ class FoundPayload(DiagnosedResult):
             possible=found.body.possible,
             joints=list(joints),
             notes=list(found.selected.remarks),
+            unseen=unseen,
             **cls.values_of(diagnosed),
         )
 
@@ -187,6 +205,8 @@ class FoundPayload(DiagnosedResult):
         """Payload in the frame of the last link, with intervals that include those of the gains."""
         doubts = list(self._doubts())
         yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
+        yield from unseen_verdict(self.unseen, this="this payload")
+        yield from self._written()
         stds = [[2.0 * std for std in (x.std, x.residual_std, x.gain_std, x.model_std)] for x in self.body]
         yield quantity_table((x.quantity, x.unit, x.estimate, *own) for x, own in zip(self.body, stds, strict=True))
         yield Paragraph(
@@ -196,6 +216,7 @@ class FoundPayload(DiagnosedResult):
         for why in dict.fromkeys(self.refused[name] for name in payload.UNITS if name in self.refused):
             names = ", ".join(name for name in payload.UNITS if self.refused.get(name) == why)
             yield Paragraph(sentence(f"No {names}: {why}"))
+        yield from unseen_parts(self.unseen)
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
         if self.possible is False:
@@ -212,6 +233,22 @@ class FoundPayload(DiagnosedResult):
         where = f"; centre of mass at {', '.join(centre)} mm" if centre else ""
         return Paragraph(f"{plus_minus(*found['mass'])} kg (2 sigma){where}.", mood, strong=True)
 
+    @property
+    def apart(self) -> list[Weighed]:
+        """Joints whose masses differ significantly from that of all."""
+        return [each for each in self.joints if each.verdict == DIFFERS]
+
+    def _written(self) -> Iterable[Paragraph]:
+        if (load := self.load) is None:
+            return
+        if load.written:
+            said = f"load in the frame of {load.frame}{'' if load.reason is None else f'; without {load.reason}'}"
+        elif load.reason is None:
+            said = "NOT WRITTEN: the joints disagree on the mass, or the prediction fails; --force writes it"
+        else:
+            said = f"NOT WRITTEN: {load.reason}"
+        yield Paragraph(sentence(f"{load.out}: {said}"), Mood.PLAIN if load.written else Mood.BAD, strong=True)
+
     def _doubts(self) -> Iterable[str]:
         mass = next((each.estimate for each in self.body if each.quantity == "mass"), None)
         if mass is not None and mass < 0.0:
@@ -219,8 +256,7 @@ class FoundPayload(DiagnosedResult):
             yield f"{said}bare and loaded are not swapped."
         apart = [
             f"joint {(each.joint or 0) + 1} alone {each.mass or 0.0:.3f} kg (2 sigma {2.0 * (each.std or 0.0):.3f})"
-            for each in self.joints
-            if each.verdict == DIFFERS
+            for each in self.apart
         ]
         if apart and mass is not None:
             said = f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass:.3f} kg. A gain "

@@ -1,12 +1,10 @@
 """The gains file: drive gains with covariance and origin, TOML or JSON by the file's ending, read strictly.
 
 Only `gains` is required, one entry per joint in order, so that a file can be written by hand from data sheets. The
-other keys state the origin of the gains. Without `covariance` the errors of the gains are independent. Identified gains
-are also written as ROS 2 parameters, and used for files of torques.
+other keys state the origin of the gains. Without `covariance` the errors of the gains are independent.
 """
 
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -313,26 +311,6 @@ def gains_text(file: GainsFile, ending: str) -> str:
         for each in own:
             tables += ["", head, *(f"{name} = {toml_value(inner)}" for name, inner in each.items())]
     return "\n".join([schema_line("gains"), *plain, *tables]) + "\n"
-
-
-def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
-    """Return a ROS 2 parameter file (YAML) of torque constants; refused joints are named in a comment only."""
-    named = [(json.dumps(name), entry) for name, entry in zip(names, file.gains, strict=True)]
-    others = [f"; {name}: {entry.unit}" for name, entry in named if entry.unit != TURNING]
-    lines = [
-        "# Joint torque (force) per drive unit, joint side: effort = torque_constant * current reference.",
-        f"# {TURNING}{''.join(others)}",
-        "/**:",
-        "  ros__parameters:",
-    ]
-    for key, field in (("torque_constants", "estimate"), ("torque_constant_deviations", "std")):
-        numbers = {name: getattr(entry, field) for name, entry in named}
-        entries = [f"      {name}: {float(value)!r}" for name, value in numbers.items() if value is not None]
-        lines += [f"    {key}:" if entries else f"    {key}: {{}}", *entries]
-    lines += [f"    # {words}" for entry in file.gains for words in entry.words]
-    refused = {name: entry.reason or "refused" for name, entry in named if entry.estimate is None}
-    lines += [f"    # {name}: {' '.join(reason.split())}" for name, reason in refused.items()]
-    return "\n".join(lines) + "\n"
 
 
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:

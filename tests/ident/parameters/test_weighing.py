@@ -1,5 +1,6 @@
 """A stated payload against the one that is weighed: which gain is off, and when nothing can be said."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -23,6 +24,7 @@ from ident.parameters.weighing import (
     DIFFERS,
     SAYS_NOTHING,
     UNKNOWN,
+    as_load,
     as_stated,
     common_error,
     masses_of_joints,
@@ -30,7 +32,7 @@ from ident.parameters.weighing import (
     verified,
     with_unknown_weight,
 )
-from ident.payload.payload import Payload
+from ident.payload.payload import INERTIA_KEYS, Payload
 from ident.support.errors import Contradiction, GainsError, NotIdentifiable, PayloadError
 
 
@@ -96,6 +98,39 @@ def test_a_mass_below_zero_beyond_doubt_is_refused_and_one_that_is_not_sure_is_n
     assert [as_stated(a_mass(value)) for value in (-0.29, 0.29, 2001.0)] == [None] * 3
     where = centre((0.08, -0.03, 0.11), (0.02, 0.05, 0.03))
     assert as_stated(a_mass(2.3, *where)) == Payload(mass=2.3, mass_std=0.1, known="mass")
+
+
+def test_a_body_is_a_load_as_far_as_it_is_known_and_possible():
+    def with_inertia(moments: Sequence[float], std: float = 0.001) -> FoundBody:
+        found = zip(INERTIA_KEYS, moments, strict=False)
+        inertia = [
+            Quantity(name=k, unit="kg m^2", value=v, residual_std=0.6 * std, gain_std=0.8 * std) for k, v in found
+        ]
+        return a_mass(2.3, *centre((0.08, -0.03, 0.11), (0.002, 0.005, 0.003)), *inertia)
+
+    moments = (0.031, 0.027, 0.019, 0.004, -0.003, 0.002)
+    load, why = as_load(with_inertia(moments), most=0.1)
+    stated = {"mass": 2.3, "mass_std": 0.1, "com": (0.08, -0.03, 0.11), "com_std": (0.002, 0.005, 0.003)}
+    assert load == Payload(**stated, inertia=moments, inertia_std=(0.001,) * 6)
+    assert why is None
+    size = np.linalg.norm(moments)
+    for body, most, reason in (
+        (with_inertia(moments, 1.01 * 0.1 * size / 6**0.5), 0.1, r"inertia: 0\.0456 kg m\^2 .* more than 10 %"),
+        (with_inertia((0.031, 0.027, 0.059, 0.004, -0.003, 0.002)), 0.1, "payload: inertia violates the triangle"),
+        (replace(with_inertia(()), refused={"ixx": "XX: not excited"}), 0.1, "inertia: XX: not excited"),
+    ):
+        load, why = as_load(body, most=most)
+        assert load == Payload(**stated, known="com")
+        assert re.match(reason, why or "")
+    for body, most, reason in (
+        (with_inertia(moments), 0.04, r"mass: 2\.3 kg has a standard deviation of 0\.1 kg, more than 4 %"),
+        (with_inertia(moments), 0.0439, r"com: 0\.139 m has a standard deviation of 0\.0062 m"),
+        (replace(a_mass(2.3), refused={"x": "MX: not excited"}), 0.1, "com: MX: not excited"),
+        (replace(a_mass(2300.0, *centre((1.0, 2.0, 3.0), (0.0,) * 3)), refused={"ixx": "none"}), 0.1, "payload: mass"),
+    ):
+        load, why = as_load(body, most=most)
+        assert load is None
+        assert re.match(reason, why or "")
 
 
 def test_each_joint_weighs_by_its_gain_over_the_one_that_the_weight_gives(heavy):

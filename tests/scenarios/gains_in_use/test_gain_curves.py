@@ -20,8 +20,9 @@ from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario, setup_of
+from scenarios.gains_in_use.controller_files import ros_parameters
 from scenarios.gains_in_use.known_gains import check_currents
-from scenarios.results.gains_file import read_gains, ros_parameters
+from scenarios.results.gains_file import read_gains
 from scenarios.support.errors import ScenarioError
 from sim.effects.motors import gain_at
 
@@ -77,7 +78,7 @@ def test_a_curve_is_written_with_the_gains_and_in_the_result(cell, capsys):
     result = json.loads((cell / "saved" / "result.json").read_text())
     fits(result, "result")
     assert [each["curve"] for each in result["gains"]] == [each.get("curve") for each in text["gains"]]
-    (line,) = [each for each in ros_parameters(file, tuple("abcdef")).splitlines() if "joint 2" in each]
+    (line,) = [each for each in ros_parameters(file, tuple("abcdef"), {}).splitlines() if "joint 2" in each]
     told, second = re.findall(r"(?<= )\d+\.?\d*(?= N m|,)", line)[:2], text["gains"][1]
     np.testing.assert_allclose([*map(float, told)], [second["estimate"], second["curve"]["current"]], rtol=5e-3)
 

@@ -6,6 +6,7 @@ reach of the arm. A link of zero length, as in a wrist with intersecting axes, h
 flange, if the model states one. The floor is the plane z = 0 if the first joint is above it.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -24,6 +25,8 @@ RADIUS_SHARE = 0.12
 """Radius of a capsule, as a share of the link's length."""
 LEAST_RADIUS = 0.03
 """Least radius, as a share of the reach: the sum of all lengths."""
+NEARLY_ALL = 90
+"""Number of 100 random positions at which two bodies are too near because of their shapes, such as convex hulls."""
 CLEARANCE = 0.03
 """Required distance from the floor and within the arm [m]."""
 FLOOR = "capsule_floor"
@@ -135,7 +138,7 @@ class Clearance:
 
     Links that are adjacent or have a common neighbour are not compared. Static bodies belong to the base, except planes
     and bodies that are separate from the arm (a table): these are compared with all links but the first, which is
-    mounted on them. Pairs of links, or of a link and the payload, that are nearer than `CLEARANCE` at all joint
+    mounted on them. Pairs of links, or of a link and the payload, that are nearer than `CLEARANCE` at nearly all joint
     positions are not compared either.
 
     Attributes:
@@ -189,18 +192,17 @@ class Clearance:
         return out
 
     def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, ...], ...]:
-        """Return pairs of bodies within one of these sets that are too near at all of some random positions."""
-        model, data = self._model, mujoco.MjData(self._model)
+        """Return pairs of bodies within one of these sets that are too near at `NEARLY_ALL` random positions."""
+        model, data, near = self._model, mujoco.MjData(self._model), Counter[tuple[str, ...]]()
         lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-np.pi, np.pi)).T
-        found: set[tuple[str, ...]] | None = None
-        for q in np.random.default_rng(0).uniform(lower, upper, (100, model.njnt)):
+        for k, q in enumerate(np.random.default_rng(0).uniform(lower, upper, (100, model.njnt)), 1):
             contact = self._contacts(q, data)
             bodies = model.geom_bodyid[contact.geom[contact.dist < CLEARANCE]].tolist()
-            near = {tuple(sorted((model.body(one).name, model.body(other).name))) for one, other in bodies}
-            found = near if found is None else found & near
-            if not found:
-                break
-        return tuple(sorted(pair for pair in found or () if any(names >= {*pair} for names in among)))
+            near.update({tuple(sorted((model.body(one).name, model.body(other).name))) for one, other in bodies})
+            if max(near.values(), default=0) < k - (100 - NEARLY_ALL):
+                return ()
+        found = sorted(pair for pair, times in near.items() if times >= NEARLY_ALL)
+        return tuple(pair for pair in found if any(names >= {*pair} for names in among))
 
     def _contacts(self, q: Array, data: mujoco.MjData) -> mujoco.MjContact:
         data.qpos[:] = q

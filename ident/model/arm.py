@@ -219,7 +219,7 @@ def arm_from_pinocchio(model: "pin.Model", couplings: tuple[tuple[int, int], ...
     if n < 1:
         raise RobotModelError(f"robot {model.name}: it has no moving joint")
     if n > MOST_JOINTS:
-        raise RobotModelError(f"robot {model.name}: {n} joints; arms of up to {MOST_JOINTS} are identified")
+        raise RobotModelError(f"robot {model.name}: {n} joints; arms of up to {MOST_JOINTS} are identified; {NAME_IT}")
     axis, revolute = np.zeros((n, 3)), np.zeros(n, dtype=bool)
     lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
     for j, name in enumerate(names):

@@ -168,7 +168,8 @@ def _remarks(new: NewRobot, design: Design) -> Iterator[str]:
     if distance < CLEAR:
         yield f"Home {near_words(distance)} floor or arm; give a pose clear of both with --home."
     if near:
-        yield f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}."
+        apart = f"{1e3 * CLEARANCE:g} mm of each other at nearly all positions"
+        yield f"Within {apart}, so their distance is not checked: {near}."
     if facts.ignored:
         yield (
             f"The file's {', '.join(facts.ignored)} of joints are ignored, as they often serve only numerical "

@@ -153,6 +153,8 @@ def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(t
     # The ball about link a is wider than links c and e, which carry balls, can leave; c and e are neighbours but one.
     assert drawn.always_near == (("a", "e"),)
     assert drawn(np.zeros((1, 5)))[0] == 0.2
+    plant.robot.model.write_text(text.replace('size="0.8"', 'size="0.5"'))  # link e can leave it, a little
+    assert Clearance(plant, 0.2, []).always_near == (("a", "e"),)
     plant.robot.model.write_text(text.replace('size="0.8"', 'size="0.1"'))
     free = Clearance(plant, 0.2, [])
     assert free.always_near == ()

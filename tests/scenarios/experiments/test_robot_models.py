@@ -9,7 +9,7 @@ import rx90_mjcf
 from ident.model.arm import Arm, load_arm, minimal_model
 from ident.support.errors import RobotModelError
 from scenarios.design.model_facts import model_facts
-from scenarios.experiments.robots import check_same_kinematics, read_arm
+from scenarios.experiments.robots import check_same_kinematics, nominal_links, read_arm
 
 SLANTED = [
     ("a", "0.1 0.2 0.3", "10 20 30", "0.3 -0.5 0.7"),
@@ -154,3 +154,10 @@ def test_readings_that_differ_are_refused_with_the_joint():
     ):
         with pytest.raises(RobotModelError, match=f"Pinocchio and MuJoCo read it differently: {message}"):
             check_same_kinematics(spoilt, model, rx90_mjcf.MJCF)
+
+
+def test_an_arm_on_a_mocap_body_has_the_same_links(tmp_path):
+    plain, mocap = tmp_path / "plain.xml", tmp_path / "mocap.xml"
+    plain.write_text(mjcf())
+    mocap.write_text(mjcf(base='mocap="true"'))
+    np.testing.assert_array_equal(nominal_links(mocap, None).whole, nominal_links(plain, None).whole)

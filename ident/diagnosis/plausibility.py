@@ -74,7 +74,8 @@ def advice_on_units(recording: Recording) -> str:
     if (recording.q == np.rint(recording.q)).all():
         lines = f"{STATE} 'q.unit = \"ticks\"' 'q.counts_per_turn = [..]'"
         return f"all are whole numbers, as counts of encoders: add {lines}, per turn of each joint"
-    return f"check model, zeros and units; of the motor's side: add {STATE} 'q.factor = [..]', 1 / ratio of each joint"
+    motors = f"of the motor's side: add {STATE} 'q.factor = [..]', 1 / ratio of each joint"
+    return f"check model (logs of another robot?), zeros and units; {motors}"
 
 
 def check_different(recordings: Sequence[Recording]) -> None:

@@ -140,7 +140,7 @@ def payload_of_command(options: argparse.Namespace) -> Status:
     from ident.unseen import predict_with
     from scenarios.gains_in_use.controller_files import LOADS, in_frame
     from scenarios.gains_in_use.known_gains import check_unseen
-    from scenarios.gains_in_use.weighing import ControllerLoad, FoundPayload
+    from scenarios.gains_in_use.weighing import FoundPayload
     from scenarios.results.gains_file import read_gains
 
     file, robot = read_gains(options.gains), inputs.robot_of(options, options.model)
@@ -160,12 +160,16 @@ def payload_of_command(options: argparse.Namespace) -> Status:
     result = FoundPayload.of(found.payload, joints, found.found, unseen=unseen)
     passed = unseen is None or unseen.passed
     if claim is not None and place is not None:
-        text = None if load is None else LOADS[options.out.suffix.lower()](in_frame(load, *place), str(options.frame))
+        out, frame = options.out, str(options.frame)
+        text = None if load is None else LOADS[out.suffix.lower()](in_frame(load, *place), frame)
         passed = passed and text is not None and not result.apart
-        if written := text is not None and (passed or options.force):
+        if text is not None and (passed or options.force):
             with claim.writing():
-                options.out.write_text(text, encoding="utf-8")
-        result.load = ControllerLoad(out=str(options.out), frame=str(options.frame), written=written, reason=why)
+                out.write_text(text, encoding="utf-8")
+            result.written, result.load = str(out), f"{out}: in the frame of {frame}{(why and f', without {why}') or ''}"
+        else:
+            failed = "it does not predict the motion, or the joints disagree on the mass; --force writes it"
+            result.load = f"{out} NOT WRITTEN: {failed if text else why}"
     title = f"Payload of {', '.join(map(one_line, options.logs))}, with {one_line(options.gains)}"
     return output.show(result.report(title), options, passed=passed)
 

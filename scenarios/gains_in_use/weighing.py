@@ -156,15 +156,6 @@ def _error(of: Weighed | CommonError | Departure) -> str:
     return f"{two_digits(100.0 * error, sign='+')} % (2 sigma {two_digits(200.0 * std)} %)"
 
 
-class ControllerLoad(ResultModel):
-    """A file with the payload for a controller."""
-
-    out: str  # the file
-    frame: str  # body of the model in whose frame the payload is written
-    written: bool  # whether the file was written; a payload that fails a test needs --force
-    reason: str | None  # why it has no inertia, or has no mass or centre and was not written; null for none
-
-
 class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints."""
 
@@ -178,15 +169,12 @@ class FoundPayload(DiagnosedResult):
     )
     notes: list[str]  # what the method selected, and remarks
     unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
-    load: ControllerLoad | None = None  # what was written for a controller, null if nothing was asked for
+    written: str | None = None  # the file for a controller, null for none
+    load: str | None = None  # the frame of that file and what it lacks, or why it was not written
 
     @classmethod
     def of(
-        cls,
-        found: payload.FoundPayload,
-        joints: Sequence[Weighed],
-        diagnosed: Diagnosed,
-        unseen: Unseen | None,
+        cls, found: payload.FoundPayload, joints: Sequence[Weighed], diagnosed: Diagnosed, unseen: Unseen | None
     ) -> "FoundPayload":
         """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
         return cls(
@@ -206,7 +194,8 @@ class FoundPayload(DiagnosedResult):
         doubts = list(self._doubts())
         yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
         yield from unseen_verdict(self.unseen, this="this payload")
-        yield from self._written()
+        if self.load is not None:
+            yield Paragraph(sentence(self.load), Mood.BAD if self.written is None else Mood.PLAIN, strong=True)
         stds = [[2.0 * std for std in (x.std, x.residual_std, x.gain_std, x.model_std)] for x in self.body]
         yield quantity_table((x.quantity, x.unit, x.estimate, *own) for x, own in zip(self.body, stds, strict=True))
         yield Paragraph(
@@ -237,17 +226,6 @@ class FoundPayload(DiagnosedResult):
     def apart(self) -> list[Weighed]:
         """Joints whose masses differ significantly from that of all."""
         return [each for each in self.joints if each.verdict == DIFFERS]
-
-    def _written(self) -> Iterable[Paragraph]:
-        if (load := self.load) is None:
-            return
-        if load.written:
-            said = f"load in the frame of {load.frame}{'' if load.reason is None else f'; without {load.reason}'}"
-        elif load.reason is None:
-            said = "NOT WRITTEN: the joints disagree on the mass, or the prediction fails; --force writes it"
-        else:
-            said = f"NOT WRITTEN: {load.reason}"
-        yield Paragraph(sentence(f"{load.out}: {said}"), Mood.PLAIN if load.written else Mood.BAD, strong=True)
 
     def _doubts(self) -> Iterable[str]:
         mass = next((each.estimate for each in self.body if each.quantity == "mass"), None)

@@ -124,29 +124,25 @@ def as_load(body: FoundBody, *, most: float) -> tuple[Payload | None, str | None
     None and why if mass or centre has no value, is not plausible, or has a relative standard deviation above `most`;
     those of centre and inertia are norms of all components, relative to the norm of the values.
     """
-    values: dict[str, Any] = {}
-    why = None
+    stated, why = dict[str, Any](), None
     for part, names in (("mass", ("mass",)), ("com", CENTRE), ("inertia", INERTIA_KEYS)):
-        x, std = np.array([(each.value, each.std) for name in names if (each := body.of(name))]).reshape(-1, 2).T
-        size, spread, unit = float(np.linalg.norm(x)), float(np.linalg.norm(std)), UNITS[names[0]]
-        if len(x) < len(names):
-            why = next(body.refused[name] for name in names if name in body.refused)
+        known = [each for each in body.quantities if each.name in names]
+        x, std = tuple(each.value for each in known), tuple(each.std for each in known)
+        size, spread, unit = np.linalg.norm(x), np.linalg.norm(std), UNITS[names[0]]
+        if missing := [body.refused[name] for name in names if name in body.refused]:
+            why = f"{part}: {missing[0]}"
         elif spread > most * size:
-            why = f"{size:.3g} {unit} has a standard deviation of {spread:.2g} {unit}, more than {100.0 * most:g} %"
-        elif part == "mass":
-            values |= {"mass": float(x[0]), "mass_std": float(std[0])}
-        else:
-            values |= {part: tuple(x.tolist()), f"{part}_std": tuple(std.tolist())}
+            said = f"{size:.3g} {unit} has a standard deviation of {spread:.2g} {unit}"
+            why = f"{part}: {said}, more than {100.0 * most:g} %"
         if why is not None:
-            why = f"{part}: {why}"
-            if part != "inertia":
-                return None, why
-    for known in ("all", "com") if why is None else ("com",):
-        values = {key: x for key, x in values.items() if known == "all" or "inertia" not in key}
+            break
+        stated |= {part: x, f"{part}_std": std} if names[1:] else {part: x[0], f"{part}_std": std[0]}
+    for known in ("all", "com") if "com" in stated else ():
         try:
-            return Payload(**values, known=known), why
+            return Payload(**stated, known=known), why
         except PayloadError as error:
-            why = str(error)
+            why = str(error) if why is None or known == "com" else why
+            stated = {key: x for key, x in stated.items() if "inertia" not in key}
     return None, why
 
 

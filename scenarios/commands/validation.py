@@ -166,7 +166,8 @@ def payload_of_command(options: argparse.Namespace) -> Status:
         if text is not None and (passed or options.force):
             with claim.writing():
                 out.write_text(text, encoding="utf-8")
-            result.written, result.load = str(out), f"{out}: in the frame of {frame}{(why and f', without {why}') or ''}"
+            without = "" if why is None else f", without {why}"
+            result.written, result.load = str(out), f"{out}: in the frame of {frame}{without}"
         else:
             failed = "it does not predict the motion, or the joints disagree on the mass; --force writes it"
             result.load = f"{out} NOT WRITTEN: {failed if text else why}"

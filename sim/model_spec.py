@@ -25,6 +25,10 @@ INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", 
 """Attributes of a model that are the same with and without shapes, if no inertia is computed from them."""
 DROPPED = ("sensors", "keys", "pairs", "excludes", "actuators", "equalities", "tendons", "flexes", "skins")
 """Elements of a file that are removed; equalities and tendons are checked first."""
+ADDED = ("joint", "actuator", "tendon", "geom")
+"""Kinds of elements that a simulation adds, for which default classes of the file do not hold."""
+KEPT = ("gravity", "id", "signature", "classname", "compiler", "frame", "parent", "plugin", "default")
+"""Attributes of options and defaults that stay; those of defaults, MuJoCo cannot read."""
 GRIPPER = "remove it; if it belongs to a gripper, name the arm's last body as flange"
 """Advice for a constraint between joints."""
 FREE = mujoco.mjtJoint.mjJNT_FREE
@@ -185,9 +189,16 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
                 f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, which "
                 "identification does not model; remove it"
             )
-    plain = mujoco.MjSpec().option  # flags may disable friction, and a fluid would damp the arm
-    for name in (name for name in dir(plain) if not name.startswith("_") and name != "gravity"):
-        setattr(spec.option, name, getattr(plain, name))
+    plain = (
+        mujoco.MjSpec()
+    )  # flags may disable friction, a fluid would damp the arm, and drives have defaults of their own
+    for own, usual in (
+        (spec.option, plain.option),
+        *((getattr(spec.default, k), getattr(plain.default, k)) for k in ADDED),
+    ):
+        for name in (name for name in dir(usual) if not name.startswith("_") and name not in KEPT):
+            if hasattr(value := getattr(usual, name), "__int__"):  # a number, an array, or an enumeration
+                setattr(own, name, value)
 
 
 def _bodies_to(spec: mujoco.MjSpec, flange: str) -> list[mujoco.MjsBody]:

@@ -23,7 +23,7 @@ from scenarios.rendering.wording import percent
 from scenarios.results.diagnoses import PLANNED_LOGS, DiagnosedResult, horizon_fold
 from scenarios.results.gains import budget_verdict
 from scenarios.support.errors import ScenarioError
-from sim.errors import SimulationError
+from sim.errors import PlantError, SimulationError
 from sim.feedforward_currents import check_torque_limits
 
 NO_SPECTRUM = "no first-order model for"
@@ -79,11 +79,15 @@ class Predictor:
         for draw in table.random.values():
             middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
         middle |= settings_with(sources, medians)[0]
+        self._off = with_settings(scenario, settings_with(sources, {})[0])
         setup = setup_of(with_settings(scenario, middle))
-        self.linear = Linearised.of(setup, enough(setup))
+        try:
+            self.linear = Linearised.of(setup, enough(setup))
+        except PlantError:  # of the median of a source, which is then reported as not predicted
+            setup = setup_of(self._off)
+            self.linear = Linearised.of(setup, enough(setup))
         self.joints: Indices = wanted[self.linear.estimate.identifiable[wanted]]
         self._rows = np.searchsorted(self.linear.estimate.solution.joints, self.joints)
-        self._off = with_settings(scenario, settings_with(sources, {})[0])
         self._quiet, self._quiet_logs = self._logged({})
         streams = {name: medians[name] for name, source in table.sources.items() if source.stream is not None}
         _, loud = self._logged(settings_with(sources, streams)[0])

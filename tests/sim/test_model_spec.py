@@ -43,6 +43,23 @@ def test_what_drives_measures_or_brakes_the_arm_in_a_file_is_no_part_of_a_plant(
     np.testing.assert_array_equal(torques(written(tmp_path, "arm.xml", text)), plain)
 
 
+def test_what_a_simulation_adds_has_no_defaults_of_the_file(tmp_path):
+    kinds = (
+        '<general ctrllimited="true" forcerange="-3 3" gear="5" dyntype="filter"/><tendon stiffness="4" range="0 1"/>'
+    )
+    kinds += '<joint damping="9" armature="2"/><geom mass="3" margin="0.1"/>'
+    found = []
+    for head in ("", f"<default>{kinds}</default>"):
+        spec = lean_spec(written(tmp_path, f"{len(head)}.xml", menagerie(head=head)))
+        drive = spec.add_actuator(name="drive", target=spec.joints[0].name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        joint, geom = spec.worldbody.add_body().add_joint(), spec.worldbody.add_geom()
+        of = (drive, ("ctrllimited", "forcerange", "gear", "dyntype")), (joint, ("damping", "armature"))
+        of += (spec.add_tendon(), ("stiffness", "range")), (geom, ("margin",))
+        found.append([getattr(each, name) for each, names in of for name in names])
+    for with_defaults, without in zip(*found, strict=True):
+        np.testing.assert_array_equal(with_defaults, without)
+
+
 ARM = menagerie(hand=HAND, tail=FINGERS)
 
 

@@ -132,6 +132,15 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
         predicted_budget(sourced(quick))
 
 
+def test_a_source_that_is_not_predicted_at_its_median_leaves_the_others(quick):
+    soft = even("plant.errors.joint_compliance", 0.01)  # of springs that the payload brings near the motion
+    mass = drawn("plant.payload.mass", parameters={"loc": 1.03, "scale": 0.01}, apply="multiply")
+    found = predicted_budget(sourced(quick, soft=soft, mass=mass))
+    assert [each["source"] for each in found.unpredicted] == ["soft"]
+    assert "near its resonance" in found.unpredicted[0]["reason"]
+    np.testing.assert_allclose(cost_of(found, "mass").bias, 1.0 / 1.03 - 1.0, atol=3e-3)
+
+
 def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     path, predicted = quick_scenario(tmp_path), list[PredictedBudget]()
     path.write_text(path.read_text().replace("step = 0.002", "step = 0.001"))  # for its elastic transmissions

@@ -99,13 +99,14 @@ def test_effort_limits_are_parameters_by_joint():
 
 @pytest.fixture(scope="module")
 def tool_cell(weighed_cell, tmp_path_factory) -> Path:
-    """The weighed cell's model with a tool frame, and its light motion with other noise."""
+    """The weighed cell's model with a tool frame, and its motions with other noise."""
     folder = tmp_path_factory.mktemp("tool")
     site = '<site name="flange"'
     frame = f'<body name="tool" pos="0.021 -0.034 0.107" euler="0 0 90"/>\n{site}'
     (folder / "arm.xml").write_text(Path(MODEL).read_text().replace(site, frame))
     logs = scenarios.load(weighed_cell / "quick.toml").simulate(seed=5).logs
-    write_recording(logs[1].recording, folder / "again.parquet")
+    for name, log in zip(("bare", "again", "heavy"), logs, strict=True):
+        write_recording(log.recording, folder / f"{name}.parquet")
     return folder
 
 
@@ -153,17 +154,22 @@ def test_what_is_uncertain_is_not_written_with_the_reason(weighed_cell, tool_cel
         assert re.match(f"{path} NOT WRITTEN: {reason}", found["load"])
 
 
-def test_a_payload_that_fails_on_an_unseen_motion_is_not_written(weighed_cell, tool_cell, tmp_path, capsys):
+def test_a_payload_that_fails_on_an_unseen_motion_or_of_which_joints_disagree_is_not_written(
+    weighed_cell, tool_cell, tmp_path, capsys
+):
     off(weighed_cell, 3, 1.4, "far.json")
     path = tmp_path / "load.script"
-    out = ("--out", str(path), "--frame", "tool", "--max-rel-std", "1", "--unseen", str(tool_cell / "again.parquet"))
+    out = ("--out", str(path), "--frame", "tool")
+    unseen = {name: ("--unseen", str(tool_cell / f"{name}.parquet")) for name in ("again", "heavy")}
     far = words(weighed_cell, tool_cell, *out, gains="far.json")
-    found = printed(capsys, "payload-of", far, status=1)
-    assert not path.exists()
-    assert (found["written"], found["unseen"]["loaded"]) == (None, True)
+    for failing in (far, words(weighed_cell, tool_cell, *out, *unseen["heavy"])):
+        found = printed(capsys, "payload-of", failing, status=1)
+        assert (found["written"], path.exists()) == (None, False)
+        assert "NOT WRITTEN: it does not predict the motion, or the joints disagree" in found["load"]
+    assert found["unseen"]["loaded"]
     assert printed(capsys, "payload-of", [*far, "--force"], status=1)["written"] == str(path)
     assert path.exists()
-    found = printed(capsys, "payload-of", words(weighed_cell, tool_cell, *out))
+    found = printed(capsys, "payload-of", words(weighed_cell, tool_cell, *out, *unseen["again"]))
     assert found["unseen"]["rel_error"] < 0.15
 
 
@@ -174,11 +180,13 @@ def test_a_payload_that_fails_on_an_unseen_motion_is_not_written(weighed_cell, t
         (["--out", "a.script", "--frame", "tol"], "no body has that name; did you mean 'tool'"),
         (["--out", "a.urp", "--frame", "tool"], r"ends with \.json or \.script"),
         (["--unseen", "light"], "light.* contain the same motion"),
+        (["--unseen", "heavy"], "heavy.*: the gains were identified from this recording"),
     ],
 )
 def test_a_load_that_cannot_be_asked_for_is_one_line(
     weighed_cell, tool_cell, more, match, capsys, monkeypatch, tmp_path
 ):
     monkeypatch.chdir(tmp_path)
-    more = [str(weighed_cell / "run" / "light.parquet") if word == "light" else word for word in more]
+    logs = {name: str(weighed_cell / "run" / f"{name}.parquet") for name in ("light", "heavy")}
+    more = [logs.get(word, word) for word in more]
     assert re.search(match, refused(capsys, words(weighed_cell, tool_cell, *more)))

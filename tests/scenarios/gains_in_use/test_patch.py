@@ -203,11 +203,13 @@ def test_dynamics_that_exist_change_and_keep_the_rest(cell):
 
 
 def test_torque_constants_are_written_by_joint(cell):
-    assert main(words(cell, "arm.urdf", "--ros-params", str(cell / "gains.yaml"))) == 0
+    assert main(words(cell, "arm.urdf", *sheet(cell), "--ros-params", str(cell / "gains.yaml"))) == 0
     text = (cell / "gains.yaml").read_text()
     told = yaml.safe_load(text)["/**"]["ros__parameters"]
     assert told["torque_constants"] == {JOINTS[j]: value for j, value in GAIN.items()}
     assert told["torque_constant_deviations"] == {JOINTS[j]: 0.1 for j in GAIN}
+    efforts = {name: each["max_effort"] for name, each in told["joint_limits"].items()}
+    assert efforts == pytest.approx({JOINTS[j]: 150.0 * abs(GAIN[j] / OLD[j]) for j in GAIN}, rel=SIX)
     assert '# "wrist_3_joint": no load' in text
 
 

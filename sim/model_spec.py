@@ -189,15 +189,12 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
                 f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, which "
                 "identification does not model; remove it"
             )
-    plain = (
-        mujoco.MjSpec()
-    )  # flags may disable friction, a fluid would damp the arm, and drives have defaults of their own
-    for own, usual in (
-        (spec.option, plain.option),
-        *((getattr(spec.default, k), getattr(plain.default, k)) for k in ADDED),
-    ):
-        for name in (name for name in dir(usual) if not name.startswith("_") and name not in KEPT):
-            if hasattr(value := getattr(usual, name), "__int__"):  # a number, an array, or an enumeration
+    plain = mujoco.MjSpec()
+    usual = [(spec.option, plain.option)]  # flags may disable friction, and a fluid would damp the arm
+    usual += [(getattr(spec.default, kind), getattr(plain.default, kind)) for kind in ADDED]
+    for own, other in usual:
+        for name in (name for name in dir(other) if not name.startswith("_") and name not in KEPT):
+            if hasattr(value := getattr(other, name), "__int__"):  # a number, an array, or an enumeration
                 setattr(own, name, value)
 
 

@@ -121,9 +121,7 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
     text = "body on the last link whose frame is the controller's flange, such as tool0 or panda_link8; with --out"
     add("--frame", metavar="BODY", help=text)
     _add_limit_argument(parser)
-    text = (
-        "motion with this payload that is in no LOG; status 1, and nothing written, if its currents are not predicted"
-    )
+    text = "motion with this payload that is in no LOG; status 1, and no file, if its currents are not predicted"
     add("--unseen", type=arguments.file, metavar="LOG", help=text)
     inputs.add_log_arguments(parser)
     inputs.add_delay_argument(parser)

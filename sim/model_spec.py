@@ -100,6 +100,8 @@ def compiled(model: object) -> Generator[None]:
             what += f" (element {element!r})"
         if "mass and inertia of moving bodies" in what:
             what = f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
+        if "A + B >= C" in what:
+            what = f"link {element!r}: one principal moment of inertia exceeds the sum of the others; correct it"
         raise PlantError(f"robot model {model}: {what}") from error
 
 

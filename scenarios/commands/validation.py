@@ -154,8 +154,7 @@ def payload_of_command(options: argparse.Namespace) -> Status:
             (log,) = inputs.read_motions(mounted, inputs.log_description(options, arm.joint_names))
             check_unseen(file, [], [log.recording])
             unseen = predict_with(file.known, found.prepared, replace(log, payload=load))
-    joints = () if found.verified is None else found.verified.joints
-    result = FoundPayload.of(found.payload, joints, found.found, unseen=unseen)
+    result = FoundPayload.of(found, unseen)
     passed = unseen is None or unseen.passed
     if claim is not None and place is not None:
         out, frame = options.out, str(options.frame)

@@ -1,6 +1,7 @@
 """Payloads estimated with gains of a file, `rx90 payload-of`, and gains tested with a weighed mass, `rx90 verify`."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from pydantic import AliasChoices, Field
 
@@ -16,6 +17,9 @@ from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.rendering.wording import number, percent, plus_minus, sentence, twice, two_sigma
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, unseen_parts, unseen_verdict
 from scenarios.results.gains import quantity_table
+
+if TYPE_CHECKING:
+    from scenarios.gains_in_use.known_gains import Weighing
 
 UNSEEN = "Prediction of a motion that was not used in any fit, null if none is given"
 
@@ -173,20 +177,19 @@ class FoundPayload(DiagnosedResult):
     load: str | None = None  # the frame of that file and what it lacks, or why it was not written
 
     @classmethod
-    def of(
-        cls, found: payload.FoundPayload, joints: Sequence[Weighed], diagnosed: Diagnosed, unseen: Unseen | None
-    ) -> "FoundPayload":
+    def of(cls, found: "Weighing", unseen: Unseen | None) -> "FoundPayload":
         """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
+        own = found.payload
         return cls(
-            parameters=list(map(PayloadParameter.model_validate, found.parameters)),
-            covariance=found.shares.total.tolist(),
-            body=list(map(Quantity.model_validate, found.body.quantities)),
-            refused={**found.refused, **found.body.refused},
-            possible=found.body.possible,
-            joints=list(joints),
-            notes=list(found.selected.remarks),
+            parameters=list(map(PayloadParameter.model_validate, own.parameters)),
+            covariance=own.shares.total.tolist(),
+            body=list(map(Quantity.model_validate, own.body.quantities)),
+            refused={**own.refused, **own.body.refused},
+            possible=own.body.possible,
+            joints=[] if found.verified is None else list(found.verified.joints),
+            notes=list(own.selected.remarks),
             unseen=unseen,
-            **cls.values_of(diagnosed),
+            **cls.values_of(found.found),
         )
 
     def parts(self) -> Iterable[Part]:

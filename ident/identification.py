@@ -330,7 +330,9 @@ def refused_for_faults(diagnoses: Sequence[Diagnosis]) -> tuple[int, ...]:
 
 
 def spoilt_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
-    """Return joints whose gains a fault invalidates: from its effects, otherwise the joints concerned."""
-    if diagnosis.effects:
-        return tuple(each.joint for each in diagnosis.effects if each.spoils)
-    return diagnosis.joints
+    """Return joints whose gains a fault invalidates: from its effects, otherwise the joints concerned.
+
+    If it spoils none, it is wrong because the logs are misread, and all gains are refused.
+    """
+    spoilt = tuple(each.joint for each in diagnosis.effects if each.spoils)
+    return spoilt or tuple(each.joint for each in diagnosis.effects) or diagnosis.joints

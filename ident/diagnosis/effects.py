@@ -115,8 +115,13 @@ def diagnosis_of(
     severity: Severity | None = None,
     what: str = "gains from these logs",
 ) -> Diagnosis:
-    """Return the diagnosis of a fault, or of a term that a model lacks; `names` are those of all logs."""
+    """Return the diagnosis of a fault, or of a term that a model lacks; `names` are those of all logs.
+
+    A fault without a size, such as an order of columns, is not small: the logs are misread, whatever gains they give.
+    """
     own = best.alternative
+    if isinstance(best, Exact) and own.refined is None:
+        severity = Severity.WRONG
     found = own.described(best.value, names) if isinstance(best, FirstOrder) else own
     return Diagnosis(
         name=own.family, severity=severity or severity_of(effects), cause=found.words, advice=found.advice,

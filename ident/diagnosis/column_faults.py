@@ -22,9 +22,12 @@ from ident.diagnosis.hypothesis import (
     within_limits,
 )
 from ident.diagnosis.models import LARGEST_ANGLE, Reference
+from ident.diagnosis.plausibility import friction_z
+from ident.estimation.estimate import FRICTION_Z, largest
 from ident.model.displacement import Dynamics
 from ident.recordings.description import line_of
 from ident.support.arrays import Array, Indices
+from ident.support.naming import enumerated
 
 TURNS = (0, 90, 180, 270)
 """Differences of zeros between conventions [degrees]; others are found from the nearest one."""
@@ -43,6 +46,48 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
             hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own),
             advice=f"{_remedy(logs, scope, 'q.factor', own)} {line_of('v.factor', own)}",
         )  # fmt: skip
+
+
+MOST_JOINTS = 8
+"""Largest number of joints of which any may be negated together: all sets of these are compared."""
+
+
+def conventions(logs: Logs) -> Iterator[Alternative]:
+    """Signs and zeros of several joints by another convention in all logs: sets of signs, quarter turns of neighbours.
+
+    Positions alone do not show whether the current is negated too: friction does, which brakes a joint.
+    """
+    arm = logs.structure.arm
+    z = np.array([float(largest(friction_z(logs.problem, j))) for j in range(arm.n)])
+    braked = np.where(np.abs(z) > FRICTION_Z, np.sign(z), 0.0)
+    for factor in product((1.0, -1.0), repeat=arm.n if arm.n <= MOST_JOINTS else 0):
+        if factor.count(-1.0) > 1:
+            yield _convention(logs, np.array(factor), np.zeros(arm.n), braked)
+    for j, turns, signs in product(range(arm.n - 1), product(TURNS[1:], repeat=2), product((1.0, -1.0), repeat=2)):
+        if arm.revolute[j : j + 2].all():
+            own, factor, turn = slice(j, j + 2), np.ones(arm.n), np.zeros(arm.n)
+            factor[own], turn[own] = signs, (np.array(turns) + 180) % 360 - 180
+            yield _convention(logs, factor, turn, braked)
+
+
+def _convention(logs: Logs, factor: Array, turn: Array, braked: Array) -> Alternative:
+    """Return joints at the positions `factor q + turn` [degrees], with the currents that friction then needs."""
+    joints = np.flatnonzero((factor < 0.0) | (turn != 0.0)).tolist()
+    v_factor = np.where((factor < 0.0) & (braked > 0.0), -1.0, 1.0)
+    each = [f"{'-' if factor[j] < 0.0 else ''}q{j + 1}{f' {turn[j]:+g} degrees' if turn[j] else ''}" for j in joints]
+    words = f"the positions of joints {enumerated([str(j + 1) for j in joints])} are {enumerated(each)}"
+    advice = f"add {line_of('q.factor', factor)}" if (factor < 0.0).any() else "add"
+    if (v_factor < 0.0).any():
+        words += f", with {enumerated([f'v{j + 1}' for j in joints if v_factor[j] < 0.0])} negated"
+        advice += f" {line_of('v.factor', v_factor)}"
+    if turn.any():
+        advice += f" {line_of('q.zero', turn / factor)} if logged in degrees"
+    return Alternative(
+        family="convention", words=words, joints=tuple(joints), logs=logs.every,
+        hypothesis=logs.given.changed(logs.every, q_factor=factor, zero=np.deg2rad(turn), v_factor=v_factor),
+        # the more columns are negated, currents included, the more it must explain:
+        advice=advice, parameters=int(np.sum(factor < 0.0) + np.sum(factor * braked < 0.0) + np.sum(turn != 0.0)),
+    )  # fmt: skip
 
 
 def _remedy(logs: Logs, scope: Sequence[int], key: str, values: Array) -> str:

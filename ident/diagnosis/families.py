@@ -47,6 +47,7 @@ FAMILIES: tuple[Family, ...] = (
             "joint reversed": "q{joints} and v{joints} both negated in one log",
         },
     ),
+    Family(name="convention", laborious=columns.conventions),
     Family(
         name="delay", directions=columns.delays,
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),

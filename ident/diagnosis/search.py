@@ -227,12 +227,15 @@ def faults(
         tells = seen.logs.problem is original  # the estimate has the rows of the logs as they are
         full = _in_full(seen, harmless if tells else lambda _: False)
         found = [each for each in (*full, *terms) if each.z > SHOWN]
-        if beyond := joints_beyond_limits(seen.logs):  # nothing else explains impossible positions
-            found = [each for each in found if isinstance(each, Exact) and joints_beyond_limits(each.read) < beyond]
-        rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found else []
-        likely = [each.alternative for each in screened(seen.logs, rest) if each.gain > WORTH][:LOOKED_AT]
-        exact = (compared(seen.logs, each) for each in likely)
-        return found + [each for each in exact if each is not None and each.z > SHOWN]
+        beyond = joints_beyond_limits(seen.logs)
+        rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found or beyond else []
+        likely = [each for each in screened(seen.logs, rest) if each.gain > WORTH]
+        exact = (compared(seen.logs, each) for each in _different(likely)[:LOOKED_AT])
+        found += [each for each in exact if each is not None and each.z > SHOWN]
+        if not beyond:
+            return found
+        # nothing else explains impossible positions
+        return [each for each in found if isinstance(each, Exact) and joints_beyond_limits(each.read) < beyond]
 
     def extended(seen: Survey, found: Exact | FirstOrder) -> Survey:
         if isinstance(found, Exact):
@@ -245,6 +248,14 @@ def faults(
     return add_significant(
         seen, significant, extended, most=MOST, confirms=lambda each: isinstance(each, FirstOrder) or confirms(each)
     )
+
+
+def _different(likely: Sequence[Screened]) -> list[Alternative]:
+    """Alternatives, the best first; of equally likely ones, as of mirrored arms, that with the fewest parameters."""
+    fewest = dict[float, Alternative]()
+    for gain, own in ((float(f"{each.gain:.9g}"), each.alternative) for each in likely):
+        fewest[gain] = min(fewest.get(gain, own), own, key=lambda each: each.parameters)
+    return list(fewest.values())
 
 
 def joints_beyond_limits(logs: Logs) -> int:

@@ -156,7 +156,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("foreign logs", f"{text}{meanings}.").add_argument
     add("--log-description", type=arguments.file, metavar="FILE", help="description of the log, TOML")
     text = "lines that the description has too: 'q.factor = [1, 0.5, 1]'; factors are multiplied"
-    add(STATE, nargs="+", default=(), metavar="LINE", help=text)
+    add(STATE, action="extend", nargs="+", default=[], metavar="LINE", help=text)
     text = "names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]"
     add("--columns", nargs="+", metavar="WORD", help=text)
     add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")

@@ -377,7 +377,7 @@ def units(logs: Logs) -> Iterator[Alternative]:
         least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
         ratios = RATIOS if len(joints) == 1 else OF_ALL
         for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
-            yield from _reached(logs, geared(logs, joints, ratio))
+            yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio)))
 
 
 def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
@@ -406,24 +406,64 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
         yield from _reached(logs, found)
 
 
-def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:
-    """Return positions of joints on the motor side of a gear, or as counts of an encoder."""
-    words = f"on the motor's side of a gear of ratio {ratio:.4g}"
-    if len(joints) > 1:
-        words += f", or of {2.0 * np.pi * ratio:.4g} in turns"
-    if abs(ratio) > MOST_RATIO:
-        words = f"in counts of an encoder, {2.0 * np.pi * ratio:.6g} per turn"
-    found = in_unit(logs, logs.every, joints, 1.0 / ratio, words)
-    found = found.of_size(ratio, None, lambda more: geared(logs, joints, ratio * (1.0 + float(more[0]))))
-    return replace(found, searched=True, parameter="ratio", advice=f"{found.advice}, with the exact ratio")
+def geared(logs: Logs, joints: tuple[int, ...], ratios: Array) -> Alternative:
+    """Return positions of joints on the motor side of gears with these ratios, or as counts of an encoder."""
+    own, each = np.unique(ratios), [f"{2.0 * np.pi * ratio:.6g}" for ratio in ratios]
+    if np.abs(ratios).min() > MOST_RATIO:
+        words = f"in counts of an encoder, {', '.join(each[: len(own) if len(own) == 1 else None])} per turn"
+    elif len(own) == 1:
+        words = f"on the motor's side of a gear of ratio {own[0]:.4g}"
+        words += f", or of {2.0 * np.pi * own[0]:.4g} in turns" if len(joints) > 1 else ""
+    else:
+        words = f"on the motor's side of gears of ratios {', '.join(f'{ratio:.4g}' for ratio in ratios)}"
+        words += f", or of {', '.join(f'{2.0 * np.pi * ratio:.4g}' for ratio in ratios)} in turns"
+    found = in_unit(logs, logs.every, joints, 1.0 / ratios, words)
+    return replace(
+        found, searched=True, parameter="ratio", parameters=len(joints), advice=f"{found.advice}, with the exact ratio",
+        value=float(own[0]) if len(own) == 1 else None,
+        refined=lambda more: geared(logs, joints, ratios * (1.0 + more)),
+        special=lambda spread: geared(logs, joints, _special(ratios, spread)),
+    )  # fmt: skip
 
 
-def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
-    """Return positions of some joints times a factor."""
-    arm, first = logs.structure.arm, min(joints)
+ALIKE, NEAR = 3.0, 2.0
+"""Standard deviations within which ratios of joints are equal, and within which one of a fit is told as a whole one."""
+NOT_BY_CHANCE = 0.25
+"""Largest share of all ratios that are within these of one that is whole in turns."""
+
+
+def _special(ratios: Array, spread: Array) -> Array:
+    """Ratios that are equal, whole, whole in turns, or a power of two in counts, within relative deviations."""
+    alike = np.abs(ratios[:, None] / ratios - 1.0) < ALIKE * np.hypot(spread[:, None], spread)
+    surest = np.argmin(np.where(alike, spread, np.inf), axis=1)  # of those that each is alike
+    for own in (surest == k for k in set(surest.tolist())):
+        weight = spread[own] ** -2.0
+        ratios = np.where(own, np.average(ratios[own], weights=weight), ratios)
+        spread = np.where(own, np.sum(weight) ** -0.5, spread)
+    near, turns = NEAR * np.abs(ratios) * spread, 2.0 * np.pi * ratios
+    in_turns = (2.0 * np.pi * near < 0.5 * NOT_BY_CHANCE) & (np.abs(turns - np.rint(turns)) < 2.0 * np.pi * near)
+    whole = np.where(in_turns, np.rint(turns) / (2.0 * np.pi), ratios)
+    integer = (np.abs(ratios - np.rint(ratios)) < near) & (np.abs(ratios) > 1.5)
+    power = np.copysign(2.0 ** np.rint(np.log2(np.abs(turns))), turns)  # of an encoder
+    of_encoder = (np.abs(ratios) > MOST_RATIO) & (np.abs(turns - power) < 2.0 * np.pi * near)
+    return np.where(of_encoder, power / (2.0 * np.pi), np.where(integer, np.rint(ratios), whole))
+
+
+def own_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
+    """Slightly different ratios of all joints, which refine a common one."""
+    joints = tuple(np.flatnonzero(logs.structure.arm.revolute).tolist())
+    columns = reference.change(lambda along: along.turned(0))
+    yield small(lambda more: geared(logs, joints, 1.0 + more), [each[:, joints] for each in columns])
+
+
+def in_unit(
+    logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float | Array, words: str
+) -> Alternative:
+    """Return positions of some joints times a factor, or one each."""
+    arm, first, factors = logs.structure.arm, min(joints), np.ones(logs.structure.arm.n)
+    factors[list(joints)] = factor
     every = len(joints) == int(np.sum(arm.revolute == arm.revolute[first])) and len(joints) > 1
     what = "all positions are" if every else f"q{first + 1} is"
-    factors = np.where([j in joints for j in range(arm.n)], factor, 1.0)
     return Alternative(
         family="unit", words=in_logs(f"{what} {words}", scope, logs.names), joints=() if every else joints, logs=scope,
         hypothesis=logs.given.changed(scope, q_factor=factors), advice=_remedy(logs, scope, "q.factor", factors),

@@ -33,6 +33,8 @@ class Family:
     # large ones of another arm, which are compared only if the logs show some fault or term:
     laborious: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
     directions: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()  # small ones
+    # small ones that only refine large ones:
+    refining: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()
     seldom: bool = False  # whether it is a rare fault, which comes last of alternatives that predict equally well
     limits: tuple[Limit, ...] = ()  # sizes that are bounded; large alternatives are then not reported as excluded
     # names of its large alternatives that are excluded as a whole or by joint, with their wording:
@@ -57,7 +59,7 @@ FAMILIES: tuple[Family, ...] = (
         name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}
     ),
     Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
-    Family(name="ratio", directions=arms.small_ratios, seldom=True),
+    Family(name="ratio", directions=arms.small_ratios, refining=columns.own_ratios, seldom=True),
     Family(
         name="base", alternatives=arms.bases, directions=arms.small_tilts,
         excluded={"base": "a different orientation of the base"},

@@ -195,6 +195,8 @@ class Alternative:
     parameters: int = 1  # number of parameters
     # function that returns the same alternative with parameters changed slightly, in units of the columns:
     refined: "Callable[[Array], Alternative] | None" = None
+    # function that returns the same with special sizes, if they are within standard deviations of the parameters:
+    special: "Callable[[Array], Alternative] | None" = None
     searched: bool = False  # whether its size was selected from a grid, so that it has no special value
     # change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where they are
     # zero; empty for a large alternative:

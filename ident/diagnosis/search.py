@@ -311,6 +311,10 @@ def refined(
         if nearer is None or nearer.gain <= best.gain:
             break
         best, moved, least = replace(nearer, spread=best.spread), moved + step, SETTLED
+    if best is not None and best.spread is not None and best.alternative.special is not None:
+        special = compare(best.alternative.special(best.spread))
+        if special is not None and z_of(best.u - special.u) < TIE:
+            best = replace(special, spread=best.spread)
     return best, moved
 
 
@@ -322,9 +326,12 @@ def _change(found: Exact) -> Evidence | None:
 
 def direction_of(found: Exact) -> Alternative | None:
     """Return the small alternative of further changes of an alternative's parameters; None if it has none."""
-    fit = reference(found.read.problem)
-    own = [family for family in FAMILIES if family.name == found.alternative.key[0]]
-    return next((each for each in directions(fit, found.read, own) if each.key == found.alternative.key), None)
+    fit, key = reference(found.read.problem), found.alternative.key
+    of_families = [family for family in FAMILIES if family.name == key[0] and fit is not None]
+    small = (
+        each for family in of_families for of in (family.directions, family.refining) for each in of(fit, found.read)
+    )
+    return next((each for each in small if each.key == key), None)
 
 
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:

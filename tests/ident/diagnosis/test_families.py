@@ -14,7 +14,9 @@ from ident.diagnosis.evidence import each_added
 from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.hypothesis import in_logs, scopes
 from ident.diagnosis.models import reference
+from ident.diagnosis.plausibility import friction_z
 from ident.diagnosis.search import Exact, FirstOrder, directions
+from ident.estimation.estimate import largest
 from ident.model.arm import with_transmission
 from ident.model.displacement import across
 from ident.model.structure import structure_of
@@ -76,10 +78,11 @@ def test_lines_that_are_advised_decode_the_log_as_the_hypothesis_does(sound, tmp
     log, seen = changed(sound.recordings[1], v=sound.recordings[1].v * [3.7, -0.4, 1.9]), set[str]()
     write_recording(log, tmp_path / "log.parquet")
     degrees = column_faults.in_unit(sound, (1,), (0, 1, 2), np.pi / 180.0, "in degrees")
-    geared = column_faults.geared(sound, (2,), -63.7)
+    geared = column_faults.geared(sound, (2,), np.array([-63.7]))
+    each_own = column_faults.geared(sound, (0, 1, 2), np.array([9.0, -6.4, 111.0]))
     scaled = [column_faults.scaled(sound, (1,), joints, 4.2) for joints in ((), (1,))]
     families = (column_faults.zeros(sound), column_faults.couplings(sound), column_faults.clocks(sound))
-    for each in (degrees, geared, *scaled, *(one for family in families for one in family if 1 in one.logs)):
+    for each in (degrees, geared, each_own, *scaled, *(one for family in families for one in family if 1 in one.logs)):
         lines = re.findall(r"'([qvt]\.\w+ = [^']+)'", each.advice)
         if lines:
             seen |= {line.split(" ")[0] for line in lines}
@@ -89,6 +92,40 @@ def test_lines_that_are_advised_decode_the_log_as_the_hypothesis_does(sound, tmp
                 np.testing.assert_allclose(getattr(found, own), getattr(right, own), rtol=1e-6, atol=1e-12)
             assert ("rx90 convert" in each.advice) == (len(each.logs) == 1)
     assert seen == {"q.factor", "v.factor", "t.factor", "q.coupling"}
+
+
+def test_a_convention_is_advised_in_lines_that_decode_a_log_in_degrees(sound, tmp_path):
+    right = sound.recordings[1]
+    write_recording(changed(right, q=np.rad2deg(right.q)), tmp_path / "log.csv")
+    brakes = [float(largest(friction_z(sound.problem, j))) for j in range(3)]
+    found = list(column_faults.conventions(sound))
+    for each in found:
+        lines = re.findall(r"'([qv]\.\w+ = [^']+)'", each.advice)
+        read = read_log(tmp_path / "log.csv", read_description(None, [*lines, 'q.unit = "deg"']), check=None).recording
+        own = each.hypothesis.logs[1].read(right)
+        np.testing.assert_allclose(read.q, own.q, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(read.v, own.v, rtol=1e-12)
+    signs = {each.joints: each for each in found if "degrees" not in each.advice}
+    assert sorted(signs) == [(0, 1), (0, 1, 2), (0, 2), (1, 2)]
+    assert len(found) == 4 + 2 * 9 * 4  # quarter turns of both of two neighbours, and their signs
+    assert min(brakes[0], brakes[2]) > 10.0 > abs(brakes[1])  # standard deviations: v1 and v3 are negated too
+    assert signs[0, 2].words == "the positions of joints 1 and 3 are -q1 and -q3, with v1 and v3 negated"
+    assert [signs[own].parameters for own in ((0, 1), (1, 2), (0, 2))] == [3, 3, 4]
+
+
+def test_ratios_of_a_fit_are_told_as_equal_and_whole_ones_within_their_deviations():
+    def of(ratios, std):
+        return column_faults._special(np.array(ratios), np.array(std) / np.abs(ratios))
+
+    turn = 2.0 * np.pi
+    np.testing.assert_allclose(of([101.1, -80.4], [0.07, 0.1]), [101.0, -80.4])  # the other is four deviations off
+    # equal; the nearest whole number of turns, 40, is a deviation off, but of all ratios half are as near to one
+    np.testing.assert_allclose(of([6.352, 6.339, 6.361], [0.02, 0.03, 0.03]), [6.35106] * 3, rtol=1e-5)
+    np.testing.assert_allclose(
+        of([1.4843, 1.431, 0.9724], [0.05, 0.004, 0.011]), [9 / turn, 9 / turn, 0.9724], rtol=1e-9
+    )
+    np.testing.assert_allclose(of([65898.0 / turn], [20.0]), [65898.0 / turn], rtol=1e-4)
+    np.testing.assert_allclose(of([-65898.0 / turn], [60.0]), [-65536.0 / turn], rtol=1e-9)
 
 
 def test_positions_of_joints_beside_currents_of_motors_are_converted_as_advised(sound):
@@ -143,7 +180,7 @@ def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_po
     natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in every]
     assert {*natural} == {True, False}
     assert [each.searched for each in every] == [not each for each in natural]
-    assert column_faults.geared(doubted(axes, [bare, loaded]), (1,), -63.0).searched
+    assert column_faults.geared(doubted(axes, [bare, loaded]), (1,), np.array([-63.0])).searched
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 RECORD = ".rx90.json"
 NO_CURSOR = ("dumb", "unknown")
 """Values of TERM for terminals without colours and cursor control."""
-WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render"})
+WRITTEN = frozenset({"out", "save", "gains_out", "description_out", "ros_params", "render"})
 """Options that name written files."""
 
 

@@ -61,6 +61,8 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
+    text = "write what is declared of the log, TOML: the --log-description of all logs like it"
+    add("--description-out", type=arguments.file, metavar="FILE", help=text)
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
     text = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
     add("--flange", metavar="BODY", help=text)
@@ -74,10 +76,11 @@ def convert_command(options: argparse.Namespace) -> Status:
     if out.suffix.lower() not in RECORDINGS:
         raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {', '.join(RECORDINGS)}")
     claim = output.right_to_write(options, out, command="rx90 convert")
+    described = output.may_write(options, options.description_out, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
     from scenarios.experiments.robots import read_arm
-    from scenarios.results.written import Converted
+    from scenarios.results.written import Converted, description_text
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
     description = inputs.log_description(options, None if arm is None else arm.joint_names)
@@ -90,7 +93,11 @@ def convert_command(options: argparse.Namespace) -> Status:
         raise ScenarioError(f"{options.log}: {fault}")
     with claim.writing():
         write_recording(log.recording, out, signal=log.v)
-    return output.show(Converted.of(log, out).report("Log converted to a recording"), options)
+    if described is not None:
+        with described.writing():
+            options.description_out.write_text(description_text(description), encoding="utf-8")
+    converted = Converted.of(log, out, options.description_out)
+    return output.show(converted.report("Log converted to a recording"), options)
 
 
 def check_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,14 +1,42 @@
 """Results on files: a converted log, the built-in scenarios."""
 
+import json
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 
 from pydantic import Field
 
-from ident.recordings.description import Channels
+from ident.recordings.description import EPISODE, UNKNOWN, Channels, LogDescription
 from ident.recordings.files import Log
 from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.support.texts import toml_value
+
+
+def description_text(said: LogDescription) -> str:
+    """Return what is declared of a log as a log description, TOML, for all logs like it: without an episode."""
+    only = {json.dumps(name): value for name, value in said.only if name != EPISODE}
+    tables = {part: dict(getattr(said, part).stated) for part in "tqv"} | {"file": asdict(said.text)}
+    tables[""] = {key: getattr(said, key) for key in ("signal", "layout", "joints", "topic")} | {"only": only or None}
+    tables["t"] = {"column": tables["t"].pop("columns", None), **tables["t"], "rate_hz": said.rate_hz}
+    if said.v.constant == ():
+        tables["v"]["constant"] = UNKNOWN
+    if said.text.header == 0:
+        tables["file"]["header"] = "none"
+    lines = list[str]()
+    for part in ("", "t", "q", "v", "file"):
+        own = [f"{key} = {toml_value(_plain(each))}" for key, each in tables[part].items() if each is not None]
+        lines += ["", f"[{part}]"] * bool(part and own) + own
+    return "\n".join(lines).lstrip() + "\n"
+
+
+def _plain(value: object) -> object:
+    """Whole numbers without a decimal point, as numbers of bits and joints need it; one entry for a single one."""
+    if isinstance(value, tuple):
+        each = list(map(_plain, value))
+        return each[0] if len(each) == 1 and not isinstance(each[0], list) else each
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 class ConvertedChannel(ResultModel):
@@ -25,6 +53,7 @@ class Converted(ResultModel):
     """What `rx90 convert --json` prints."""
 
     out: str = Field(description="The recording that was written")
+    description: str | None = Field(description="The log description that was written; null if none was wanted")
     layout: str | None = Field(description="Layout of the log, recognised or named; null if the columns are declared")
     signal: str | None = Field(description="Declared quantity of v")
     v: str | None = Field(description="Quantity of v in the recording")
@@ -39,11 +68,12 @@ class Converted(ResultModel):
     notes: list[str] = Field(description="Assumptions and remarks")
 
     @classmethod
-    def of(cls, log: Log, out: Path) -> "Converted":
+    def of(cls, log: Log, out: Path, description: Path | None) -> "Converted":
         """Return the result of a converted log."""
         said, recording = log.description, log.recording
         return cls(
             out=str(out),
+            description=None if description is None else str(description),
             layout=log.layout,
             signal=said.signal,
             v=log.v,
@@ -77,6 +107,8 @@ class Converted(ResultModel):
             column("Factor", lambda row: f"{row[1][1].sign * row[1][1].factor:g}"),
         )
         yield Paragraph(f"Time is {self.columns['t']} [{self.time_unit}]; v is {self.v}.")
+        if self.description is not None:
+            yield Paragraph(f"Other logs like it: --log-description {self.description}.")
         yield from (Paragraph(f"Note: {note}.") for note in self.notes)
 
 

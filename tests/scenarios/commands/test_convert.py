@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import lerobot_datasets
@@ -10,10 +11,11 @@ from model_files import mjcf
 from printed import printed
 
 from ident.recordings.description import Channels, LogDescription, TextLayout, read_description
-from ident.recordings.files import read_recording, write_recording
+from ident.recordings.files import read_log, read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 from scenarios.cli import main
+from scenarios.results.written import description_text
 
 JOINTS = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
 """Of the model of `model_files`."""
@@ -174,6 +176,34 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
     (tmp_path / "said.toml").write_text("[file]\nheader = 'none'\n[v]\nconstant = 'unknown'\n")
     said = read_description(tmp_path / "said.toml")
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
+
+
+def test_what_is_declared_is_written_as_a_description_of_other_logs_like_it(cell, tmp_path, capsys):
+    out, said = tmp_path / "log.parquet", tmp_path / "said.toml"
+    words = ["convert", str(cell / "log.csv"), "--out", str(out), "--json", "--log-description", str(cell / "log.toml")]
+    words += ["--state", "q.factor = [2, -3, 1, 1, 0.25, 1]", "--state", "q.coupling = [[3, -2], [5, 1]]"]
+    assert main([*words, "v.bits = 16", "--description-out", str(said)]) == 0
+    assert printed(capsys, "convert")["description"] == str(said)
+    again = read_log(cell / "log.csv", read_description(said)).recording
+    np.testing.assert_array_equal(
+        np.hstack((again.q, again.v)), np.hstack((read_recording(out).q, read_recording(out).v))
+    )
+    assert not np.allclose(again.q, Q)
+
+
+def test_a_description_is_written_as_it_is_read(tmp_path):
+    told = LogDescription(
+        signal="percent", layout="joint-states", joints=("a", 'b"c'), topic="/x", rate_hz=62.5,
+        only=(("episode_index", 3.0), ("take 1.2", 1.5)), t=Channels(columns=("sec", "nanosec"), unit=("s", "ns")),
+        q=Channels(
+            columns=("p", "r"), unit=("ticks",), counts_per_turn=(4096.0, -8192.5), sign=(-1.0,), factor=(0.25, 3.0),
+            zero=(0.5, 7.0), coupling=([2, -1], [1, 3]),
+        ),
+        v=Channels(columns=("x",), unit=("%",), sign_bit=(10.0, 11.0), bits=(16.0,), constant=()),
+        text=TextLayout(separator="!", decimal=",", header=0, rows=5, encoding="cp1252", series="joint"),
+    )  # fmt: skip
+    (tmp_path / "said.toml").write_text(description_text(told))
+    assert read_description(tmp_path / "said.toml") == replace(told, only=told.only[1:])  # an episode is of one log
 
 
 def test_units_of_a_dataset_are_said_in_few_words(tmp_path):

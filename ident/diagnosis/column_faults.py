@@ -226,19 +226,19 @@ def couplings(logs: Logs) -> Iterator[Alternative]:
             )  # fmt: skip
 
 
-FACTORS_OF_TIME, LARGEST_CLOCK = (0.5, 2.0), 0.2
-"""Half or twice the sampling rate of the stamps, others are found by first-order steps, and largest relative change for
-which these are valid."""
+FACTORS_OF_TIME, LARGEST_CLOCK = 2.0 ** np.setdiff1d(np.arange(-6.0, 7.0), 0.0), 0.2
+"""Powers of two, others are found by first-order steps, and largest relative change for which these are valid."""
 
 
 def clocks(logs: Logs) -> Iterator[Alternative]:
-    """Clocks that run twice or half as fast, and those that make the sampling rates of two logs equal."""
+    """Clocks that run up to sixty times as fast or slow, and those that make the sampling rates of two logs equal."""
     rates = [1.0 / each.period for each in logs.recordings]
     for scope in scopes(len(rates)):
-        factors = set(FACTORS_OF_TIME)
+        factors = {*FACTORS_OF_TIME.tolist()}
         if len(scope) == 1 and len(rates) > 1:
             factors |= {round(rates[scope[0]] / other, 6) for k, other in enumerate(rates) if k not in scope}
-        yield from (timed(logs, scope, factor) for factor in sorted(factors) if abs(factor - 1.0) > 0.01)
+        found = (timed(logs, scope, factor) for factor in sorted(factors) if abs(factor - 1.0) > 0.01)
+        yield from (replace(each, searched=True) for each in found)
 
 
 def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -355,10 +355,10 @@ RATIOS = np.geomspace(2.0, 2e8, 930)
 """Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
 MOST_RATIO = 500.0
 """Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
-OF_ALL = np.concatenate(
-    (np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), 2.0 ** np.arange(8, 31) / (2.0 * np.pi))
-)
-"""Ratios that all joints may have together, also of motors logged in turns, and counts of encoders per radian."""
+COUNTS = 2.0 ** np.arange(8, 31) / (2.0 * np.pi)
+"""Counts of encoders per radian."""
+OF_ALL = np.concatenate((np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), COUNTS))
+"""Ratios that all joints may have together, also of motors logged in turns."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -378,6 +378,8 @@ def units(logs: Logs) -> Iterator[Alternative]:
         ratios = RATIOS if len(joints) == 1 else OF_ALL
         for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
             yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio)))
+            if ratio in COUNTS:
+                yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio), -np.pi))
 
 
 def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
@@ -406,23 +408,34 @@ def normalised(logs: Logs) -> Iterator[Alternative]:
         yield from _reached(logs, found)
 
 
-def geared(logs: Logs, joints: tuple[int, ...], ratios: Array) -> Alternative:
-    """Return positions of joints on the motor side of gears with these ratios, or as counts of an encoder."""
-    own, each = np.unique(ratios), [f"{2.0 * np.pi * ratio:.6g}" for ratio in ratios]
+def geared(logs: Logs, joints: tuple[int, ...], ratios: Array, zero: float = 0.0) -> Alternative:
+    """Return positions of joints on the motor side of gears with these ratios, or as counts of an encoder.
+
+    `zero` is the position at 0 [rad], as of counts that are half of a turn at the zero of the joint.
+    """
+    own, in_turns = np.unique(ratios), 2.0 * np.pi * ratios
     if np.abs(ratios).min() > MOST_RATIO:
-        words = f"in counts of an encoder, {', '.join(each[: len(own) if len(own) == 1 else None])} per turn"
-    elif len(own) == 1:
-        words = f"on the motor's side of a gear of ratio {own[0]:.4g}"
-        words += f", or of {2.0 * np.pi * own[0]:.4g} in turns" if len(joints) > 1 else ""
+        per_turn = in_turns[:1] if len(own) == 1 else in_turns
+        words = f"in counts of an encoder, {', '.join(f'{each:.6g}' for each in per_turn)} per turn"
     else:
-        words = f"on the motor's side of gears of ratios {', '.join(f'{ratio:.4g}' for ratio in ratios)}"
-        words += f", or of {', '.join(f'{2.0 * np.pi * ratio:.4g}' for ratio in ratios)} in turns"
+        several, each = "a gear of ratio" if len(own) == 1 else "gears of ratios", ratios if len(own) > 1 else own
+        words = f"on the motor's side of {several} {', '.join(f'{ratio:.4g}' for ratio in each)}"
+        if len(joints) > 1:
+            words += f", or of {', '.join(f'{2.0 * np.pi * ratio:.4g}' for ratio in each)} in turns"
     found = in_unit(logs, logs.every, joints, 1.0 / ratios, words)
+    if zero:
+        at, logged = np.zeros((2, logs.structure.arm.n))
+        at[list(joints)], logged[list(joints)] = zero, zero * ratios
+        found = replace(
+            found, words=f"{found.words}, {np.abs(logged).max():.6g} at zero",
+            hypothesis=found.hypothesis.changed(logs.every, zero=at),
+            advice=f"{found.advice} {line_of('q.zero', logged)}",
+        )  # fmt: skip
     return replace(
         found, searched=True, parameter="ratio", parameters=len(joints), advice=f"{found.advice}, with the exact ratio",
         value=float(own[0]) if len(own) == 1 else None,
-        refined=lambda more: geared(logs, joints, ratios * (1.0 + more)),
-        special=lambda spread: geared(logs, joints, _special(ratios, spread)),
+        refined=lambda more: geared(logs, joints, ratios * (1.0 + more), zero),
+        special=lambda spread: geared(logs, joints, _special(ratios, spread), zero),
     )  # fmt: skip
 
 

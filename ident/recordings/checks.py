@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.numerics.neighbours import long_runs, median, running_median
-from ident.recordings.description import ISO, TIME
+from ident.recordings.description import ISO, TIME, line_of
 from ident.recordings.recording import LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask, once_per_object
 from ident.support.errors import RecordingError
@@ -109,12 +109,16 @@ def _clock_faults(recording: Recording, t_unit: str) -> Iterator[LogFault]:
     if FASTEST_CLOCK <= interval < SLOWEST:
         return
     unit = "s" if t_unit == ISO else t_unit
-    logged = interval / TIME[unit]
-    fitting = [name for name, scale in TIME.items() if name != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST]
-    fitting = [f"in {name}" for name in fitting]
-    fitting += ["the number of the row"] if (np.diff(recording.t) == 1.0).all() else []
+    logged, own = interval / TIME[unit], TIME[unit]
+    fitting = [
+        f"in {name}? Then add {line_of('t.factor', [scale / own])}"
+        for name, scale in TIME.items()
+        if name != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
+    ]
+    if (np.diff(recording.t) == 1.0).all():
+        fitting.append("the number of the row? Then declare its rate, t=[RATE Hz]")
     sentence = f"t advances by {logged:.3g} {unit} a row, which is implausible"
-    yield LogFault(None, sentence, f"is it {' or '.join(fitting) or 'a time'}? Declare its unit, t=NAME[unit]")
+    yield LogFault(None, sentence, f"is it {'; or '.join(fitting) or 'a time? Declare its unit, t=NAME[unit]'}")
 
 
 @once_per_object

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.numerics.neighbours import DIGITS, WHOLE
 from ident.payload.payload import Payload, read_payload
 from ident.recordings.checks import check_clock, check_log
 from ident.recordings.description import (
@@ -169,21 +170,34 @@ def _log(place: str, table: Table, given: LogDescription, check: Callable[..., N
 
 
 def decoded(x: Array, sign_bit: float = 0.0, bits: float = 0.0) -> Array:
-    """Return register values as numbers, shape (N,).
+    """Return register values, times a unit or not, as numbers, shape (N,).
 
     `sign_bit`, from 0, is set for negative ones beside the magnitude; `bits` is the length of a word in two's
     complement that was read as unsigned; 0 for none.
     """
+    if not sign_bit and not bits:
+        return x
+    unit = _unit_of_register(x) or 1.0
+    number = np.rint(x / unit)
     if sign_bit:
-        negative = np.floor(x / 2.0**sign_bit) % 2.0 == 1.0
-        return np.where(negative, 2.0**sign_bit - x, x)
-    return np.where(x >= 2.0 ** (bits - 1.0), x - 2.0**bits, x) if bits else x
+        return np.where(np.floor(number / 2.0**sign_bit) % 2.0 == 1.0, unit * 2.0**sign_bit - x, x)
+    return np.where(number >= 2.0 ** (bits - 1.0), x - unit * 2.0**bits, x)
+
+
+def _unit_of_register(x: Array) -> float:
+    """Unit of a column of whole numbers times a unit, such as a servo's 2.69 mA; 0 if it is none."""
+    step, most = np.diff(np.unique(x)), float(np.abs(x).max())
+    for unit in (1.0, float(step[step > DIGITS * step.max(initial=0.0)].min(initial=np.inf))):
+        if (np.abs(x / unit - np.rint(x / unit)) < WHOLE).all():
+            return most / float(np.rint(most / unit)) if most > 0.5 * unit else unit
+    return 0.0
 
 
 def likely_encoding(x: Array) -> str:
     """Return the key and value that make a column of registers continuous, such as `sign_bit = 10`; empty for none."""
-    if not len(x) or x.min() < 0.0 or (x != np.rint(x)).any():
+    if not len(x) or x.min() < 0.0 or not (unit := _unit_of_register(x)):
         return ""
+    x = np.rint(x / unit)
     largest, step = float(x.max()), np.abs(np.diff(x))
     for key, values in (("sign_bit", SIGN_BITS), ("bits", WORDS)):
         for value in values:

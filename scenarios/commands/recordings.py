@@ -127,7 +127,7 @@ def check_command(options: argparse.Namespace) -> Status:
     from ident.identification import check
     from ident.observation.observation import ObserveOptions
     from ident.payload.payload import read_payload
-    from ident.recordings.files import read_log, read_temperatures
+    from ident.recordings.files import read_temperatures
     from ident.recordings.recording import Motion
     from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
@@ -144,7 +144,7 @@ def check_command(options: argparse.Namespace) -> Status:
         arm = robot.structure.arm
         description = inputs.log_description(options, arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = inputs.recordings_of([read_log(path, description, check=None) for path in paths])
+        recordings = inputs.read_unrepaired(paths, description)
         checked = check(
             recordings,
             robot.structure,

@@ -10,7 +10,7 @@ from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, c
 from refusals import refused
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription, read_description, spread
-from ident.recordings.files import likely_encoding, read_log, read_recording
+from ident.recordings.files import decoded, likely_encoding, read_log, read_recording
 from ident.recordings.formats import MOST_COLUMNS, Table, listed
 from ident.recordings.layouts import resolved
 from ident.recordings.recording import Recording
@@ -265,6 +265,15 @@ def test_noise_about_zero_hides_no_sign_and_columns_that_reach_a_power_of_two_ha
         assert likely_encoding(slow + offset) == ""
     assert likely_encoding(slow) == likely_encoding(np.abs(slow)) == likely_encoding(slow + 1024.5) == ""
     assert DESCRIPTION.v.sign_bit == ()
+    for key, register in {
+        "bits": np.where(slow < 0.0, 65_536.0 + slow, slow),
+        "sign_bit": np.where(slow < 0.0, 1024.0 - slow, slow),
+    }.items():
+        logged = np.round(2.69 * register, 2)  # in mA
+        value = {"bits": 16, "sign_bit": 10}[key]
+        assert likely_encoding(logged) == f"{key} = {value}"
+        np.testing.assert_allclose(decoded(logged, **{key: value}), 2.69 * slow, rtol=0.0, atol=1e-9)
+        assert likely_encoding(logged + rng.normal(0.0, 0.1, 4000)) == ""
 
 
 def test_an_encoder_that_passes_the_end_of_its_turn_is_no_register(tmp_path):

@@ -33,11 +33,12 @@ def changed(values: np.ndarray, rows: slice | int | list[int], joint: int, value
 
 
 CLOCKS = {
-    SLOWEST * OUTSIDE: "in ms",
-    4e3: "in us",
-    4e6: "in ns",
+    SLOWEST * OUTSIDE: r"in ms\? Then add --state 't.factor = 0.001'$",
+    4e3: r"in us\? Then add --state 't.factor = 1e-06'$",
+    4e6: r"in ns\? Then add --state 't.factor = 1e-09'$",
+    14.0: r"in ms\? Then add --state 't.factor = 0.001'; or in us\? Then add --state 't.factor = 1e-06'$",
     FASTEST_CLOCK * INSIDE: "a time",
-    1.0: "in ms or the number of",
+    1.0: "in ms.*; or the number of",
 }
 
 
@@ -46,7 +47,7 @@ def test_a_clock_in_another_unit_is_named():
         refused(rf"t advances by .* s a row, .*is it {unit}", t=interval * np.arange(4000))
     for interval in (SLOWEST * INSIDE, FASTEST_CLOCK * OUTSIDE):
         passes(t=interval * np.arange(4000))
-    with pytest.raises(RecordingError, match=r"advances by 3\.7e\+03 ms a row, .*; is it in us\?"):
+    with pytest.raises(RecordingError, match=r"advances by 3\.7e\+03 ms a row, .*; is it in us\? .*= 0\.001'"):
         check_log(Recording(3.7 * np.arange(4000), Q, V), t_unit="ms")
 
 

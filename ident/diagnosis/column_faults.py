@@ -382,6 +382,25 @@ def units(logs: Logs) -> Iterator[Alternative]:
                 yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio), -np.pi))
 
 
+SHARES, STEP = np.geomspace(0.15, 1.0, 9), 0.08
+"""Share of their ranges that joints move through, and relative distance of common ratios, from which each joint's own
+ratio is found by first-order steps."""
+
+
+def own_gears(logs: Logs) -> Iterator[Alternative]:
+    """Positions of the motors of gears that differ between the joints, of any signs, if some are beyond the limits."""
+    arm = logs.structure.arm
+    joints, finite = tuple(np.flatnonzero(arm.revolute).tolist()), np.isfinite(arm.upper - arm.lower).all()
+    if len(joints) > MOST_JOINTS or not finite or not any(beyond_limits(arm, log) for log in logs.recordings):
+        return
+    moved = np.max([np.ptp(log.q, axis=0) for log in logs.recordings], axis=0)[list(joints)]
+    alike = moved / (arm.upper - arm.lower)[list(joints)]
+    least, most = np.log((float(alike.max()), float(moved.min()) / STILL))
+    common = np.exp(np.arange(least, most, STEP))[:, None] * np.ones(len(joints))
+    for ratios, signs in product((*(alike / SHARES[:, None]), *common), product((1.0, -1.0), repeat=len(joints))):
+        yield from _reached(logs, geared(logs, joints, ratios * signs))
+
+
 def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
     """An alternative, if it moves all joints enough and within their limits."""
     arm, hows = logs.structure.arm, found.hypothesis.logs
@@ -420,7 +439,7 @@ def geared(logs: Logs, joints: tuple[int, ...], ratios: Array, zero: float = 0.0
     else:
         several, each = "a gear of ratio" if len(own) == 1 else "gears of ratios", ratios if len(own) > 1 else own
         words = f"on the motor's side of {several} {', '.join(f'{ratio:.4g}' for ratio in each)}"
-        if len(joints) > 1:
+        if len(joints) > 1 and (len(own) == 1 or np.allclose(in_turns, np.rint(in_turns), rtol=1e-9)):
             words += f", or of {', '.join(f'{2.0 * np.pi * ratio:.4g}' for ratio in each)} in turns"
     found = in_unit(logs, logs.every, joints, 1.0 / ratios, words)
     if zero:
@@ -432,7 +451,8 @@ def geared(logs: Logs, joints: tuple[int, ...], ratios: Array, zero: float = 0.0
             advice=f"{found.advice} {line_of('q.zero', logged)}",
         )  # fmt: skip
     return replace(
-        found, searched=True, parameter="ratio", parameters=len(joints), advice=f"{found.advice}, with the exact ratio",
+        found, searched=True, parameter="ratio", parameters=len(joints),
+        advice=f"{found.advice}, with the exact ratio{'' if len(own) == 1 else 's instead of these'}",
         value=float(own[0]) if len(own) == 1 else None,
         refined=lambda more: geared(logs, joints, ratios * (1.0 + more), zero),
         special=lambda spread: geared(logs, joints, _special(ratios, spread), zero),
@@ -447,26 +467,31 @@ NOT_BY_CHANCE = 0.25
 
 def _special(ratios: Array, spread: Array) -> Array:
     """Ratios that are equal, whole, whole in turns, or a power of two in counts, within relative deviations."""
-    alike = np.abs(ratios[:, None] / ratios - 1.0) < ALIKE * np.hypot(spread[:, None], spread)
+    size = np.abs(ratios)
+    alike = np.abs(size[:, None] / size - 1.0) < ALIKE * np.hypot(spread[:, None], spread)
     surest = np.argmin(np.where(alike, spread, np.inf), axis=1)  # of those that each is alike
     for own in (surest == k for k in set(surest.tolist())):
         weight = spread[own] ** -2.0
-        ratios = np.where(own, np.average(ratios[own], weights=weight), ratios)
+        size = np.where(own, np.average(size[own], weights=weight), size)
         spread = np.where(own, np.sum(weight) ** -0.5, spread)
-    near, turns = NEAR * np.abs(ratios) * spread, 2.0 * np.pi * ratios
+    near, turns = NEAR * size * spread, 2.0 * np.pi * size
     in_turns = (2.0 * np.pi * near < 0.5 * NOT_BY_CHANCE) & (np.abs(turns - np.rint(turns)) < 2.0 * np.pi * near)
-    whole = np.where(in_turns, np.rint(turns) / (2.0 * np.pi), ratios)
-    integer = (np.abs(ratios - np.rint(ratios)) < near) & (np.abs(ratios) > 1.5)
-    power = np.copysign(2.0 ** np.rint(np.log2(np.abs(turns))), turns)  # of an encoder
-    of_encoder = (np.abs(ratios) > MOST_RATIO) & (np.abs(turns - power) < 2.0 * np.pi * near)
-    return np.where(of_encoder, power / (2.0 * np.pi), np.where(integer, np.rint(ratios), whole))
+    whole = np.where(in_turns, np.rint(turns) / (2.0 * np.pi), size)
+    whole = np.where((np.abs(size - np.rint(size)) < near) & (size > 1.5), np.rint(size), whole)
+    power = 2.0 ** np.rint(np.log2(turns))  # of an encoder
+    of_encoder = (size > MOST_RATIO) & (np.abs(turns - power) < 2.0 * np.pi * near)
+    return np.copysign(np.where(of_encoder, power / (2.0 * np.pi), whole), ratios)
+
+
+LARGEST_RATIO = 0.25
+"""Largest relative change of a ratio in one step."""
 
 
 def own_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Slightly different ratios of all joints, which refine a common one."""
     joints = tuple(np.flatnonzero(logs.structure.arm.revolute).tolist())
-    columns = reference.change(lambda along: along.turned(0))
-    yield small(lambda more: geared(logs, joints, 1.0 + more), [each[:, joints] for each in columns])
+    columns = [each[:, joints] for each in reference.change(lambda along: along.turned(0))]
+    yield small(lambda more: geared(logs, joints, 1.0 + more), columns, largest=LARGEST_RATIO)
 
 
 def in_unit(

@@ -83,7 +83,10 @@ FAMILIES: tuple[Family, ...] = (
         ),
         excluded={"current sign": "opposite sign of v{joints} in one log"},
     ),
-    Family(name="unit", alternatives=columns.units, excluded={"unit": "a different unit of positions"}),
+    Family(
+        name="unit", alternatives=columns.units, laborious=columns.own_gears,
+        excluded={"unit": "a different unit of positions"},
+    ),
     Family(
         name="normalised", alternatives=columns.normalised, seldom=True,
         excluded={"normalised": "positions in per cent of each joint's range"},

@@ -230,8 +230,8 @@ def faults(
         beyond = joints_beyond_limits(seen.logs)
         rest = [each for family in FAMILIES for each in family.laborious(seen.logs)] if found or beyond else []
         likely = [each for each in screened(seen.logs, rest) if each.gain > WORTH]
-        exact = (compared(seen.logs, each) for each in _different(likely)[:LOOKED_AT])
-        found += [each for each in exact if each is not None and each.z > SHOWN]
+        exact = (_refined(seen.logs, each, SETTLED) for each in _different(likely)[:LOOKED_AT])
+        found = _each_once([*found, *(each for each in exact if each is not None and each.z > SHOWN)])
         if not beyond:
             return found
         # nothing else explains impossible positions
@@ -251,11 +251,26 @@ def faults(
 
 
 def _different(likely: Sequence[Screened]) -> list[Alternative]:
-    """Alternatives, the best first; of equally likely ones, as of mirrored arms, that with the fewest parameters."""
+    """Alternatives, the best first; of equally likely ones, as of mirrored arms, that with the fewest signs."""
     fewest = dict[float, Alternative]()
     for gain, own in ((float(f"{each.gain:.9g}"), each.alternative) for each in likely):
-        fewest[gain] = min(fewest.get(gain, own), own, key=lambda each: each.parameters)
+        fewest[gain] = min(fewest.get(gain, own), own, key=_signs)
     return list(fewest.values())
+
+
+def _each_once(found: Sequence[Exact | FirstOrder]) -> list[Exact | FirstOrder]:
+    """The best of each key, with the fewest signs of those that cannot be distinguished."""
+    best = dict[object, Exact | FirstOrder]()
+    for each in sorted(found, key=lambda each: _signs(each.alternative)):
+        known = best.get(each.alternative.key)
+        if known is None or z_of(each.u - known.u) > TIE:
+            best[each.alternative.key] = each
+    return list(best.values())
+
+
+def _signs(own: Alternative) -> tuple[int, int]:
+    """Number of parameters and of negated positions."""
+    return own.parameters, int(np.sum(own.hypothesis.logs[own.logs[0]].q_factor < 0.0))
 
 
 def joints_beyond_limits(logs: Logs) -> int:
@@ -277,11 +292,16 @@ def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact
     for each, least in likely:
         if each.key in seen.exact:
             continue
-        full, _ = refined(each, partial(compared, seen.logs), _change, steps=REFINED, least=least)
+        full = _refined(seen.logs, each, least)
         if full is not None and (each.key not in found or found[each.key].gain < full.gain):
             found[each.key] = full
     seen.exact.update(found)
     return list(found.values())
+
+
+def _refined(logs: Logs, first: Alternative, least: float) -> Exact | None:
+    """An alternative compared exactly, with the size that fits best; None if the logs cannot be filtered under it."""
+    return refined(first, partial(compared, logs), _change, steps=REFINED * first.parameters, least=least)[0]
 
 
 def refined(
@@ -321,7 +341,10 @@ def refined(
 def _change(found: Exact) -> Evidence | None:
     """Return the next change of the parameters; None if it is not determined, or if the alternative is unlikely."""
     further = None if found.z < SHOWN - 1.0 else direction_of(found)
-    return None if further is None else each_added(found.read.model.fits, [further.columns])[0]
+    more = None if further is None else each_added(found.read.model.fits, [further.columns])[0]
+    if more is None or further is None or further.parameters == 1:
+        return more
+    return replace(more, value=np.clip(more.value, -further.largest, further.largest))  # together they diverge
 
 
 def direction_of(found: Exact) -> Alternative | None:

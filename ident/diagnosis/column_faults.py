@@ -1,4 +1,4 @@
-"""Faults of the columns of logs: zeros, signs, delays, order, clocks, scales and units.
+"""Faults of the columns of logs: zeros, signs, delays, order, clocks and scales.
 
 Each kind has large cases, as hypotheses on the logs, or small ones, as columns of currents, or both.
 """
@@ -11,23 +11,17 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.hypothesis import (
-    STILL,
     Alternative,
     Logs,
-    beyond_limits,
     in_logs,
     names_apart,
     scopes,
     small,
-    within_limits,
 )
 from ident.diagnosis.models import LARGEST_ANGLE, Reference
-from ident.diagnosis.plausibility import friction_z
-from ident.estimation.estimate import FRICTION_Z, largest
 from ident.model.displacement import Dynamics
 from ident.recordings.description import line_of
 from ident.support.arrays import Array, Indices
-from ident.support.naming import enumerated
 
 TURNS = (0, 90, 180, 270)
 """Differences of zeros between conventions [degrees]; others are found from the nearest one."""
@@ -44,53 +38,11 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
         yield Alternative(
             family="joint reversed", words=in_logs(f"{q} are negated", scope, logs.names), joints=(j,), logs=scope,
             hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own),
-            advice=f"{_remedy(logs, scope, 'q.factor', own)} {line_of('v.factor', own)}",
+            advice=f"{remedy(logs, scope, 'q.factor', own)} {line_of('v.factor', own)}",
         )  # fmt: skip
 
 
-MOST_JOINTS = 8
-"""Largest number of joints of which any may be negated together: all sets of these are compared."""
-
-
-def conventions(logs: Logs) -> Iterator[Alternative]:
-    """Signs and zeros of several joints by another convention in all logs: sets of signs, quarter turns of neighbours.
-
-    Positions alone do not show whether the current is negated too: friction does, which brakes a joint.
-    """
-    arm = logs.structure.arm
-    z = np.array([float(largest(friction_z(logs.problem, j))) for j in range(arm.n)])
-    braked = np.where(np.abs(z) > FRICTION_Z, np.sign(z), 0.0)
-    for factor in product((1.0, -1.0), repeat=arm.n if arm.n <= MOST_JOINTS else 0):
-        if factor.count(-1.0) > 1:
-            yield _convention(logs, np.array(factor), np.zeros(arm.n), braked)
-    for j, turns, signs in product(range(arm.n - 1), product(TURNS[1:], repeat=2), product((1.0, -1.0), repeat=2)):
-        if arm.revolute[j : j + 2].all():
-            own, factor, turn = slice(j, j + 2), np.ones(arm.n), np.zeros(arm.n)
-            factor[own], turn[own] = signs, (np.array(turns) + 180) % 360 - 180
-            yield _convention(logs, factor, turn, braked)
-
-
-def _convention(logs: Logs, factor: Array, turn: Array, braked: Array) -> Alternative:
-    """Return joints at the positions `factor q + turn` [degrees], with the currents that friction then needs."""
-    joints = np.flatnonzero((factor < 0.0) | (turn != 0.0)).tolist()
-    v_factor = np.where((factor < 0.0) & (braked > 0.0), -1.0, 1.0)
-    each = [f"{'-' if factor[j] < 0.0 else ''}q{j + 1}{f' {turn[j]:+g} degrees' if turn[j] else ''}" for j in joints]
-    words = f"the positions of joints {enumerated([str(j + 1) for j in joints])} are {enumerated(each)}"
-    advice = f"add {line_of('q.factor', factor)}" if (factor < 0.0).any() else "add"
-    if (v_factor < 0.0).any():
-        words += f", with {enumerated([f'v{j + 1}' for j in joints if v_factor[j] < 0.0])} negated"
-        advice += f" {line_of('v.factor', v_factor)}"
-    if turn.any():
-        advice += f" {line_of('q.zero', turn / factor)} if logged in degrees"
-    return Alternative(
-        family="convention", words=words, joints=tuple(joints), logs=logs.every,
-        hypothesis=logs.given.changed(logs.every, q_factor=factor, zero=np.deg2rad(turn), v_factor=v_factor),
-        # the more columns are negated, currents included, the more it must explain:
-        advice=advice, parameters=int(np.sum(factor < 0.0) + np.sum(factor * braked < 0.0) + np.sum(turn != 0.0)),
-    )  # fmt: skip
-
-
-def _remedy(logs: Logs, scope: Sequence[int], key: str, values: Array) -> str:
+def remedy(logs: Logs, scope: Sequence[int], key: str, values: Array) -> str:
     """What to do about some logs: the line of a description that corrects them."""
     if len(scope) == len(logs.names):
         return f"add {line_of(key, values)}"
@@ -123,12 +75,12 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
     if off:
         corrected += f" {'plus' if size > 0.0 else 'minus'} {size_text}"
     factor = np.where(own, sign, 1.0)
-    remedy = f"use {corrected}" if off else _remedy(logs, scope, "q.factor", factor)
+    advice = f"use {corrected}" if off else remedy(logs, scope, "q.factor", factor)
     return Alternative(
         family="sign" if sign < 0.0 else "zero", parameter="zero", words=in_logs(words, scope, logs.names),
         joints=(joint,), logs=scope,
         hypothesis=logs.given.changed(scope, q_factor=factor, zero=np.where(own, zero, 0.0)),
-        advice=f"{remedy}, or correct the model", value=size, unit="degrees" if revolute else "mm",
+        advice=f"{advice}, or correct the model", value=size, unit="degrees" if revolute else "mm",
         refined=lambda more: turned(logs, joint, scope, sign, zero + float(more[0])),
     )  # fmt: skip
 
@@ -257,7 +209,7 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
     return Alternative(
         family="clock", words=in_logs(words, scope, logs.names), joints=(), logs=scope,
         hypothesis=logs.given.changed(scope, clock=factor),
-        advice=f"log the controller's own time, in seconds, or {_remedy(logs, scope, 't.factor', np.array([factor]))}",
+        advice=f"log the controller's own time, in seconds, or {remedy(logs, scope, 't.factor', np.array([factor]))}",
         value=100.0 * (factor - 1.0), unit="%",
         refined=lambda more: timed(logs, scope, factor * float(np.exp(more[0]))),
     )  # fmt: skip
@@ -310,7 +262,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         exact = f"; {1.0 / scale:.4g} fits best"
     advice = "record with equally warm drives and one unit of the current, or bare, loaded, loaded, bare"
     if abs(scale - 1.0) > LARGEST_SCALE:  # more than magnets weaken, by 0.1 to 0.2 % per K
-        line = _remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
+        line = remedy(logs, scope, "v.factor", np.where(own, np.sign(scale) / natural, 1.0))
         advice = f"use one unit and one sign of the current in all logs: {line}{exact}"
     return Alternative(
         family=SIGN if scale < 0.0 else "current scale", parameter="current scale",
@@ -346,163 +298,3 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
     ):
         losses += weight * np.log(np.maximum(squares, max(1e-20 * float(rows @ rows), 1e-300)))  # rounding errors
     return 0.5 * held.freedom * losses
-
-
-ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
-LENGTHS = {"millimetres": 1e-3}
-"""Factors from units of angle to radians, and from units of length to metres."""
-RATIOS = np.geomspace(2.0, 2e8, 930)
-"""Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
-MOST_RATIO = 500.0
-"""Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
-COUNTS = 2.0 ** np.arange(8, 31) / (2.0 * np.pi)
-"""Counts of encoders per radian."""
-OF_ALL = np.concatenate((np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), COUNTS))
-"""Ratios that all joints may have together, also of motors logged in turns."""
-
-
-def units(logs: Logs) -> Iterator[Alternative]:
-    """Positions of all joints or of one in another unit, in all logs or one, if they are then within the limits."""
-    arm = logs.structure.arm
-    for kind, own in ((arm.revolute, ANGLES), (~arm.revolute.astype(bool), LENGTHS)):
-        joints = np.flatnonzero(kind).tolist()
-        together = [tuple(joints)] if len(joints) > 1 else []
-        for (name, factor), which in product(own.items(), [*together, *((j,) for j in joints)]):
-            for scope in scopes(len(logs.recordings)):
-                yield from _reached(logs, in_unit(logs, scope, which, factor, f"in {name}"))
-    turning = tuple(np.flatnonzero(arm.revolute).tolist())
-    beyond = tuple(sorted({j for log in logs.recordings for j in beyond_limits(arm, log)} & {*turning}))
-    # ratios of several joints are found only if they are equal
-    for joints, sign in product({beyond, turning} if len(beyond) == 1 else {turning} if beyond else (), (1.0, -1.0)):
-        least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
-        ratios = RATIOS if len(joints) == 1 else OF_ALL
-        for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
-            yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio)))
-            if ratio in COUNTS:
-                yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio), -np.pi))
-
-
-SHARES, STEP = np.geomspace(0.15, 1.0, 9), 0.08
-"""Share of their ranges that joints move through, and relative distance of common ratios, from which each joint's own
-ratio is found by first-order steps."""
-
-
-def own_gears(logs: Logs) -> Iterator[Alternative]:
-    """Positions of the motors of gears that differ between the joints, of any signs, if some are beyond the limits."""
-    arm = logs.structure.arm
-    joints, finite = tuple(np.flatnonzero(arm.revolute).tolist()), np.isfinite(arm.upper - arm.lower).all()
-    if len(joints) > MOST_JOINTS or not finite or not any(beyond_limits(arm, log) for log in logs.recordings):
-        return
-    moved = np.max([np.ptp(log.q, axis=0) for log in logs.recordings], axis=0)[list(joints)]
-    alike = moved / (arm.upper - arm.lower)[list(joints)]
-    least, most = np.log((float(alike.max()), float(moved.min()) / STILL))
-    common = np.exp(np.arange(least, most, STEP))[:, None] * np.ones(len(joints))
-    for ratios, signs in product((*(alike / SHARES[:, None]), *common), product((1.0, -1.0), repeat=len(joints))):
-        yield from _reached(logs, geared(logs, joints, ratios * signs))
-
-
-def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
-    """An alternative, if it moves all joints enough and within their limits."""
-    arm, hows = logs.structure.arm, found.hypothesis.logs
-    if all(within_limits(arm, logs.recordings[k], hows[k]) for k in found.logs):
-        yield found
-
-
-def normalised(logs: Logs) -> Iterator[Alternative]:
-    """Positions of all joints as per cent of each one's range, -100 to 100 or 0 to 100, as logged or from degrees."""
-    arm = logs.structure.arm
-    if not np.isfinite(arm.upper - arm.lower).all() or (arm.upper <= arm.lower).any():
-        return
-    half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
-    for (lowest, share), taken_for in product(((-100, 0.01), (0, 0.02)), ("degrees", "")):
-        zero, unit = middle if lowest else arm.lower, share * half  # position at a logged 0, and of one per cent
-        logged = np.where((taken_for != "") & arm.revolute.astype(bool), 180.0 / np.pi, 1.0)
-        words = f"all positions are per cent of each joint's range, {lowest} to 100"
-        words += f", taken for {taken_for}" if taken_for else ""
-        found = Alternative(
-            family="normalised", words=words, joints=(), logs=logs.every,
-            hypothesis=logs.given.changed(logs.every, q_factor=unit * logged, zero=zero),
-            advice=f"{_remedy(logs, logs.every, 'q.factor', unit * logged)} {line_of('q.zero', zero / unit)}",
-        )  # fmt: skip
-        yield from _reached(logs, found)
-
-
-def geared(logs: Logs, joints: tuple[int, ...], ratios: Array, zero: float = 0.0) -> Alternative:
-    """Return positions of joints on the motor side of gears with these ratios, or as counts of an encoder.
-
-    `zero` is the position at 0 [rad], as of counts that are half of a turn at the zero of the joint.
-    """
-    own, in_turns = np.unique(ratios), 2.0 * np.pi * ratios
-    if np.abs(ratios).min() > MOST_RATIO:
-        per_turn = in_turns[:1] if len(own) == 1 else in_turns
-        words = f"in counts of an encoder, {', '.join(f'{each:.6g}' for each in per_turn)} per turn"
-    else:
-        several, each = "a gear of ratio" if len(own) == 1 else "gears of ratios", ratios if len(own) > 1 else own
-        words = f"on the motor's side of {several} {', '.join(f'{ratio:.4g}' for ratio in each)}"
-        if len(joints) > 1 and (len(own) == 1 or np.allclose(in_turns, np.rint(in_turns), rtol=1e-9)):
-            words += f", or of {', '.join(f'{2.0 * np.pi * ratio:.4g}' for ratio in each)} in turns"
-    found = in_unit(logs, logs.every, joints, 1.0 / ratios, words)
-    if zero:
-        at, logged = np.zeros((2, logs.structure.arm.n))
-        at[list(joints)], logged[list(joints)] = zero, zero * ratios
-        found = replace(
-            found, words=f"{found.words}, {np.abs(logged).max():.6g} at zero",
-            hypothesis=found.hypothesis.changed(logs.every, zero=at),
-            advice=f"{found.advice} {line_of('q.zero', logged)}",
-        )  # fmt: skip
-    return replace(
-        found, searched=True, parameter="ratio", parameters=len(joints),
-        advice=f"{found.advice}, with the exact ratio{'' if len(own) == 1 else 's instead of these'}",
-        value=float(own[0]) if len(own) == 1 else None,
-        refined=lambda more: geared(logs, joints, ratios * (1.0 + more), zero),
-        special=lambda spread: geared(logs, joints, _special(ratios, spread), zero),
-    )  # fmt: skip
-
-
-ALIKE, NEAR = 3.0, 2.0
-"""Standard deviations within which ratios of joints are equal, and within which one of a fit is told as a whole one."""
-NOT_BY_CHANCE = 0.25
-"""Largest share of all ratios that are within these of one that is whole in turns."""
-
-
-def _special(ratios: Array, spread: Array) -> Array:
-    """Ratios that are equal, whole, whole in turns, or a power of two in counts, within relative deviations."""
-    size = np.abs(ratios)
-    alike = np.abs(size[:, None] / size - 1.0) < ALIKE * np.hypot(spread[:, None], spread)
-    surest = np.argmin(np.where(alike, spread, np.inf), axis=1)  # of those that each is alike
-    for own in (surest == k for k in set(surest.tolist())):
-        weight = spread[own] ** -2.0
-        size = np.where(own, np.average(size[own], weights=weight), size)
-        spread = np.where(own, np.sum(weight) ** -0.5, spread)
-    near, turns = NEAR * size * spread, 2.0 * np.pi * size
-    in_turns = (2.0 * np.pi * near < 0.5 * NOT_BY_CHANCE) & (np.abs(turns - np.rint(turns)) < 2.0 * np.pi * near)
-    whole = np.where(in_turns, np.rint(turns) / (2.0 * np.pi), size)
-    whole = np.where((np.abs(size - np.rint(size)) < near) & (size > 1.5), np.rint(size), whole)
-    power = 2.0 ** np.rint(np.log2(turns))  # of an encoder
-    of_encoder = (size > MOST_RATIO) & (np.abs(turns - power) < 2.0 * np.pi * near)
-    return np.copysign(np.where(of_encoder, power / (2.0 * np.pi), whole), ratios)
-
-
-LARGEST_RATIO = 0.25
-"""Largest relative change of a ratio in one step."""
-
-
-def own_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
-    """Slightly different ratios of all joints, which refine a common one."""
-    joints = tuple(np.flatnonzero(logs.structure.arm.revolute).tolist())
-    columns = [each[:, joints] for each in reference.change(lambda along: along.turned(0))]
-    yield small(lambda more: geared(logs, joints, 1.0 + more), columns, largest=LARGEST_RATIO)
-
-
-def in_unit(
-    logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float | Array, words: str
-) -> Alternative:
-    """Return positions of some joints times a factor, or one each."""
-    arm, first, factors = logs.structure.arm, min(joints), np.ones(logs.structure.arm.n)
-    factors[list(joints)] = factor
-    every = len(joints) == int(np.sum(arm.revolute == arm.revolute[first])) and len(joints) > 1
-    what = "all positions are" if every else f"q{first + 1} is"
-    return Alternative(
-        family="unit", words=in_logs(f"{what} {words}", scope, logs.names), joints=() if every else joints, logs=scope,
-        hypothesis=logs.given.changed(scope, q_factor=factors), advice=_remedy(logs, scope, "q.factor", factors),
-    )  # fmt: skip

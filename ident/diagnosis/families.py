@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from ident.diagnosis import arm_faults as arms
 from ident.diagnosis import column_faults as columns
+from ident.diagnosis import position_faults as positions
 from ident.diagnosis import terms
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference
@@ -49,7 +50,7 @@ FAMILIES: tuple[Family, ...] = (
             "joint reversed": "q{joints} and v{joints} both negated in one log",
         },
     ),
-    Family(name="convention", laborious=columns.conventions),
+    Family(name="convention", laborious=positions.conventions),
     Family(
         name="delay", directions=columns.delays,
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),
@@ -59,7 +60,7 @@ FAMILIES: tuple[Family, ...] = (
         name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}
     ),
     Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
-    Family(name="ratio", directions=arms.small_ratios, refining=columns.own_ratios, seldom=True),
+    Family(name="ratio", directions=arms.small_ratios, refining=positions.own_ratios, seldom=True),
     Family(
         name="base", alternatives=arms.bases, directions=arms.small_tilts,
         excluded={"base": "a different orientation of the base"},
@@ -84,11 +85,11 @@ FAMILIES: tuple[Family, ...] = (
         excluded={"current sign": "opposite sign of v{joints} in one log"},
     ),
     Family(
-        name="unit", alternatives=columns.units, laborious=columns.own_gears,
+        name="unit", alternatives=positions.units, laborious=positions.own_gears,
         excluded={"unit": "a different unit of positions"},
     ),
     Family(
-        name="normalised", alternatives=columns.normalised, seldom=True,
+        name="normalised", alternatives=positions.normalised, seldom=True,
         excluded={"normalised": "positions in per cent of each joint's range"},
     ),
     Family(

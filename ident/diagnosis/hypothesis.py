@@ -4,7 +4,7 @@ A `Hypothesis` reads the logs otherwise. An `Alternative` is one that assumes a 
 to first order: columns of currents whose coefficients are its parameters; with values of these it is evaluated exactly.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import PurePath
@@ -195,8 +195,8 @@ class Alternative:
     parameters: int = 1  # number of parameters
     # function that returns the same alternative with parameters changed slightly, in units of the columns:
     refined: "Callable[[Array], Alternative] | None" = None
-    # function that returns the same with special sizes, if they are within standard deviations of the parameters:
-    special: "Callable[[Array], Alternative] | None" = None
+    # function that returns the same with special sizes near it, the simplest first, from deviations of the parameters:
+    special: "Callable[[Array], Iterable[Alternative]]" = lambda spread: ()
     searched: bool = False  # whether its size was selected from a grid, so that it has no special value
     # change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where they are
     # zero; empty for a large alternative:

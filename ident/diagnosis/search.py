@@ -331,10 +331,10 @@ def refined(
         if nearer is None or nearer.gain <= best.gain:
             break
         best, moved, least = replace(nearer, spread=best.spread), moved + step, SETTLED
-    if best is not None and best.spread is not None and best.alternative.special is not None:
-        special = compare(best.alternative.special(best.spread))
-        if special is not None and z_of(best.u - special.u) < TIE:
-            best = replace(special, spread=best.spread)
+    if best is not None and best.spread is not None:
+        special = filter(None, map(compare, best.alternative.special(best.spread)))
+        known = next((each for each in special if z_of(best.u - each.u) < SHOWN), best)
+        best = replace(known, spread=best.spread)
     return best, moved
 
 
@@ -350,11 +350,9 @@ def _change(found: Exact) -> Evidence | None:
 def direction_of(found: Exact) -> Alternative | None:
     """Return the small alternative of further changes of an alternative's parameters; None if it has none."""
     fit, key = reference(found.read.problem), found.alternative.key
-    of_families = [family for family in FAMILIES if family.name == key[0] and fit is not None]
-    small = (
-        each for family in of_families for of in (family.directions, family.refining) for each in of(fit, found.read)
-    )
-    return next((each for each in small if each.key == key), None)
+    own = [family for family in FAMILIES if family.name == key[0]]
+    own += [replace(family, directions=family.refining) for family in own]
+    return next((each for each in directions(fit, found.read, own) if each.key == key), None)
 
 
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:

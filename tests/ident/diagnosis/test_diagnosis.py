@@ -224,8 +224,8 @@ def test_something_wrong_without_effects_spoils_the_joints_that_it_names_and_whe
 def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(sound_survey, monkeypatch):
     logs = sound_survey.logs
     best, next_best = (
-        replace(compared(logs, scaled(logs, (1,), (), factor)), u=np.linspace(0.9, 1.1, 40) * gain)
-        for factor, gain in ((1.3, 3.0), (1.2, 1.0))
+        replace(compared(logs, scaled(logs, (1,), joints, factor)), u=np.linspace(0.9, 1.1, 40) * gain)
+        for joints, factor, gain in (((), 1.3, 3.0), ((2,), 1.2, 1.0))
     )
     monkeypatch.setattr("ident.diagnosis.search._in_full", lambda seen, _: [next_best, best] * (seen is sound_survey))
     assert next(faults(sound_survey)).best is best

@@ -212,7 +212,12 @@ def test_gains_that_something_wrong_spoils_are_refused_for_the_worst_fault_and_t
 
 def test_something_wrong_without_effects_spoils_the_joints_that_it_names_and_where_none_is_left_all_is_refused():
     assert spoilt_joints(said(Severity.WRONG, joints=(2,))) == (2,)
-    assert spoilt_joints(said(Severity.WRONG, joints=(2,), effects=(effect(0, 9.0, 3.1),))) == (0,)
+    assert spoilt_joints(said(Severity.WRONG, joints=(2,), effects=(effect(0, 9.0, 3.1), effect(1, 2.0, 0.7)))) == (0,)
+    # misread logs: all gains, though none is off by much
+    assert spoilt_joints(said(Severity.WRONG, joints=(2,), effects=(effect(0, 2.0, 0.7), effect(1, 1.0, 0.3)))) == (
+        0,
+        1,
+    )
     gains = gain_estimate(2.6, 1.7, 1.3, std=0.02, reason="no load")
     assert without_spoilt(gains, [said(Severity.WEAK, joints=(0, 1, 2))]).joints == gains.joints
     wrong = [said(Severity.WRONG, joints=(0, 1)), said(Severity.WRONG, joints=(2,), name="delay")]

@@ -8,7 +8,7 @@ from consistency_logs import LOOSE, at, changed, exchanged, logs_of
 from known_logs import BRICK, mounted
 from real_friction import Truth
 
-from ident.diagnosis import column_faults, families
+from ident.diagnosis import column_faults, families, position_faults
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.hypothesis import Logs
@@ -50,6 +50,24 @@ IN_ALL = {
 }
 SCREENED = ("q2 is", "v2 is", "columns v2", "all", "the zero", "q3 is the")
 """How the words begin of faults that rank among the first three; of the others some are the same of these joints."""
+
+
+CONVENTIONS = {
+    "-q2 and -q3, with v3 negated": ([-1.0, -1.0], [0.0, 0.0]),
+    "q2 -90 degrees and -q3 +90 degrees, with v3 negated": ([1.0, -1.0], [90.0, 90.0]),
+}
+
+
+@pytest.mark.parametrize("words", CONVENTIONS)
+def test_signs_and_zeros_of_another_convention_are_undone_by_the_best_reading(axes, words):
+    (sign, degrees), right = CONVENTIONS[words], logs_of(Truth(), seed=7)
+    sign, zero = np.array([1.0, *sign]), np.deg2rad([0.0, *degrees])
+    wrong = [changed(each, q=sign * each.q + zero, v=each.v * [1.0, 1.0, sign[2]]) for each in right]
+    found = screened(logs := prepared(axes, *wrong), list(position_faults.conventions(logs)))
+    own = next(each for each in found if each.alternative.words.endswith(words))
+    assert own.gain > 0.999 * found[0].gain > 100.0  # a mirrored arm has the same
+    for log, how, want in zip(wrong, own.alternative.hypothesis.logs, right, strict=True):
+        np.testing.assert_allclose(how.read(log).q, want.q, rtol=1e-12, atol=1e-12)
 
 
 def named(found: Diagnosed, name: str) -> Diagnosis:

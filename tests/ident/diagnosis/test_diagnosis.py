@@ -11,10 +11,10 @@ from known_logs import BRICK
 from once import computed_once
 from real_friction import Truth
 
-from ident.diagnosis.column_faults import scaled
+from ident.diagnosis.column_faults import couplings, scaled
 from ident.diagnosis.diagnose import _effects, _Known, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import between, consequence, of_currents, of_ratios, severity_of, stated
+from ident.diagnosis.effects import between, consequence, diagnosis_of, of_currents, of_ratios, severity_of, stated
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.lacks import beyond_prior
@@ -224,6 +224,17 @@ def test_something_wrong_without_effects_spoils_the_joints_that_it_names_and_whe
     for times, more in ((1, "1 more$"), (2, "3 more: logs of another robot\\?$")):
         with pytest.raises(Contradiction, match=f"the zero of q2 is off; rx90 check lists {more}"):
             without_spoilt(gains, wrong * times)
+
+
+def test_a_fault_without_a_size_is_wrong_however_little_it_changes(sound_survey):
+    logs = sound_survey.logs
+    small = [Effect(joint=0, percent=0.8, deviations=0.7)]
+    for alternative, severity in (
+        (next(iter(couplings(logs))), Severity.WRONG),
+        (scaled(logs, (1,), (), 1.01), Severity.WEAK),
+    ):
+        found = diagnosis_of(Exact(alternative, np.ones(3), logs, logs.model.fits.score), (), logs.names, small)
+        assert found.severity is severity
 
 
 def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(sound_survey, monkeypatch):

@@ -113,6 +113,20 @@ def test_a_convention_is_advised_in_lines_that_decode_a_log_in_degrees(sound, tm
     assert [signs[own].parameters for own in ((0, 1), (1, 2), (0, 2))] == [3, 3, 4]
 
 
+def test_counts_may_be_half_of_a_turn_at_zero_and_a_clock_sixty_times_off(sound):
+    limited = replace(sound.structure.arm, lower=np.full(3, -2.9), upper=np.full(3, 2.9))
+    structure = replace(sound.structure, arm=limited)
+    wrong = tuple(changed(each, q=each.q * 4096.0 / (2.0 * np.pi) + 2048.0) for each in sound.recordings)
+    logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
+    (found,) = [each for each in position_faults.units(logs) if each.words.endswith("4096 per turn, 2048 at zero")]
+    np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=0.0, atol=1e-12)
+    assert found.advice.startswith("add --state 'q.factor = 0.001533981' --state 'q.zero = -2048'")
+    again = found.refined(np.array([0.01, 0.01, 0.01]))
+    np.testing.assert_allclose(again.hypothesis.logs[0].zero, -np.pi, rtol=1e-15)
+    factors = [each.hypothesis.logs[0].clock for each in column_faults.clocks(sound) if each.logs == (0, 1)]
+    assert sorted(factors) == [2.0**k for k in range(-6, 7) if k]
+
+
 def test_ratios_of_a_fit_are_told_as_equal_and_whole_ones_within_their_deviations():
     def of(ratios, std):
         return list(position_faults._special(np.array(ratios), np.array(std) / np.abs(ratios)))[-1]
@@ -124,6 +138,7 @@ def test_ratios_of_a_fit_are_told_as_equal_and_whole_ones_within_their_deviation
     np.testing.assert_allclose(
         of([1.4843, 1.431, 0.9724], [0.05, 0.004, 0.011]), [9 / turn, 9 / turn, 0.9724], rtol=1e-9
     )
+    np.testing.assert_allclose(of([31.45, 32.55], [0.1, 0.1]), [31.45, 32.55])  # eight deviations apart
     np.testing.assert_allclose(of([65898.0 / turn], [19.0]), [65898.0 / turn], rtol=1e-4)
     np.testing.assert_allclose(of([-65898.0 / turn], [22.0]), [-65536.0 / turn], rtol=1e-9)
 

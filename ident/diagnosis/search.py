@@ -7,7 +7,7 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import count
+from itertools import chain, count, repeat
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -332,9 +332,10 @@ def refined(
             break
         best, moved, least = replace(nearer, spread=best.spread), moved + step, SETTLED
     if best is not None and best.spread is not None:
-        special = filter(None, map(compare, best.alternative.special(best.spread)))
-        known = next((each for each in special if z_of(best.u - each.u) < SHOWN), best)
-        best = replace(known, spread=best.spread)
+        allowed = chain((SHOWN,), repeat(TIE))  # the simplest one may predict slightly worse, as a special case
+        special = zip(map(compare, best.alternative.special(best.spread)), allowed, strict=False)
+        near = (each for each, worse in special if each is not None and z_of(best.u - each.u) < worse)
+        best = replace(next(near, best), spread=best.spread)
     return best, moved
 
 

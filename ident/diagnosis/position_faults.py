@@ -16,6 +16,7 @@ from ident.diagnosis.hypothesis import STILL, Alternative, Logs, beyond_limits, 
 from ident.diagnosis.models import Reference
 from ident.diagnosis.plausibility import friction_z
 from ident.estimation.estimate import FRICTION_Z, largest
+from ident.model.arm import Arm
 from ident.recordings.description import line_of
 from ident.support.arrays import Array
 from ident.support.naming import enumerated
@@ -104,15 +105,22 @@ ratio is found by first-order steps."""
 def own_gears(logs: Logs) -> Iterator[Alternative]:
     """Positions of the motors of gears that differ between the joints, of any signs, if some are beyond the limits."""
     arm = logs.structure.arm
-    joints, finite = tuple(np.flatnonzero(arm.revolute).tolist()), np.isfinite(arm.upper - arm.lower).all()
-    if len(joints) > MOST_JOINTS or not finite or not any(beyond_limits(arm, log) for log in logs.recordings):
-        return
+    joints = tuple(np.flatnonzero(arm.revolute).tolist())
     moved = np.max([np.ptp(log.q, axis=0) for log in logs.recordings], axis=0)[list(joints)]
+    limited = (
+        _limited(arm) and 0 < len(joints) <= MOST_JOINTS and any(beyond_limits(arm, log) for log in logs.recordings)
+    )
+    if not limited or moved.min() < STILL:
+        return
     alike = moved / (arm.upper - arm.lower)[list(joints)]
     least, most = np.log((float(alike.max()), float(moved.min()) / STILL))
     common = np.exp(np.arange(least, most, STEP))[:, None] * np.ones(len(joints))
     for ratios, signs in product((*(alike / SHARES[:, None]), *common), product((1.0, -1.0), repeat=len(joints))):
         yield from _reached(logs, geared(logs, joints, ratios * signs))
+
+
+def _limited(arm: Arm) -> bool:
+    return bool(np.isfinite(arm.upper - arm.lower).all() and (arm.upper > arm.lower).all())
 
 
 def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
@@ -125,7 +133,7 @@ def _reached(logs: Logs, found: Alternative) -> Iterator[Alternative]:
 def normalised(logs: Logs) -> Iterator[Alternative]:
     """Positions of all joints as per cent of each one's range, -100 to 100 or 0 to 100, as logged or from degrees."""
     arm = logs.structure.arm
-    if not np.isfinite(arm.upper - arm.lower).all() or (arm.upper <= arm.lower).any():
+    if not _limited(arm):
         return
     half, middle = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
     for (lowest, share), taken_for in product(((-100, 0.01), (0, 0.02)), ("degrees", "")):

@@ -113,6 +113,19 @@ def test_a_convention_is_advised_in_lines_that_decode_a_log_in_degrees(sound, tm
     assert [signs[own].parameters for own in ((0, 1), (1, 2), (0, 2))] == [3, 3, 4]
 
 
+def test_gears_of_joints_that_stand_still_or_have_no_limits_are_not_looked_for(sound):
+    arm = sound.structure.arm
+    for upper, still, some in (
+        ([3.0, 2.9, 3.1], 1.0, True),
+        ([3.0, 2.9, 3.1], 1e-4, False),
+        ([3.0, np.inf, 3.1], 1.0, False),
+    ):
+        limited = replace(arm, lower=np.full(3, -2.8), upper=np.array(upper))
+        wrong = tuple(changed(each, q=each.q * [31.0, 40.0 * still, -17.0] + 0.3) for each in sound.recordings)
+        problem = replace(sound.problem, structure=replace(sound.structure, arm=limited))
+        assert any(position_faults.own_gears(replace(sound, recordings=wrong, problem=problem))) is some
+
+
 def test_counts_may_be_half_of_a_turn_at_zero_and_a_clock_sixty_times_off(sound):
     limited = replace(sound.structure.arm, lower=np.full(3, -2.9), upper=np.full(3, 2.9))
     structure = replace(sound.structure, arm=limited)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from ident.diagnosis import arm_faults as arms
 from ident.diagnosis import column_faults as columns
-from ident.diagnosis import position_faults as positions
+from ident.diagnosis import encoding_faults as encodings
 from ident.diagnosis import terms
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference
@@ -50,7 +50,7 @@ FAMILIES: tuple[Family, ...] = (
             "joint reversed": "q{joints} and v{joints} both negated in one log",
         },
     ),
-    Family(name="convention", laborious=positions.conventions),
+    Family(name="convention", laborious=encodings.conventions),
     Family(
         name="delay", directions=columns.delays,
         limits=(Limit("delays of all currents"), Limit("delays of one current in one log", "v", one_log=True)),
@@ -60,7 +60,7 @@ FAMILIES: tuple[Family, ...] = (
         name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}
     ),
     Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
-    Family(name="ratio", directions=arms.small_ratios, refining=positions.own_ratios, seldom=True),
+    Family(name="ratio", directions=arms.small_ratios, refining=encodings.own_ratios, seldom=True),
     Family(
         name="base", alternatives=arms.bases, directions=arms.small_tilts,
         excluded={"base": "a different orientation of the base"},
@@ -85,11 +85,11 @@ FAMILIES: tuple[Family, ...] = (
         excluded={"current sign": "opposite sign of v{joints} in one log"},
     ),
     Family(
-        name="unit", alternatives=positions.units, laborious=positions.own_gears,
+        name="unit", alternatives=encodings.units, laborious=encodings.own_gears,
         excluded={"unit": "a different unit of positions"},
     ),
     Family(
-        name="normalised", alternatives=positions.normalised, seldom=True,
+        name="normalised", alternatives=encodings.normalised, seldom=True,
         excluded={"normalised": "positions in per cent of each joint's range"},
     ),
     Family(

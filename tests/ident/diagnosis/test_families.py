@@ -9,7 +9,7 @@ import pytest
 from consistency_logs import at, changed, doubted, logs_of, problem_of
 from real_friction import Truth
 
-from ident.diagnosis import arm_faults, column_faults, position_faults, terms
+from ident.diagnosis import arm_faults, column_faults, encoding_faults, terms
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.hypothesis import in_logs, scopes
@@ -30,17 +30,17 @@ def test_ratios_and_counts_that_all_joints_share_are_read_if_positions_are_beyon
     for factor in (17.0, -17.0, 2.0**14 / (2.0 * np.pi)):
         wrong = tuple(changed(each, q=each.q * factor) for each in sound.recordings)
         logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
-        own = [each for each in position_faults.units(logs) if each.value is not None and not each.joints]
+        own = [each for each in encoding_faults.units(logs) if each.value is not None and not each.joints]
         found = min(own, key=lambda each: abs(each.value - factor))
         np.testing.assert_allclose(found.hypothesis.logs[0].read(wrong[0]).q, sound.recordings[0].q, rtol=1e-12)
         assert ("16384 per turn" in found.words) == (factor > 500.0)
-    assert not [each for each in position_faults.units(replace(logs, recordings=sound.recordings)) if each.value]
+    assert not [each for each in encoding_faults.units(replace(logs, recordings=sound.recordings)) if each.value]
 
 
 @pytest.mark.parametrize(("joint", "ratio"), [(2, -63.0), pytest.param(1, 101.0, marks=pytest.mark.slow)])
 def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(sound, joint, ratio):
     wrong = tuple(changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in sound.recordings)
-    of_a_ratio = (each for each in position_faults.units(replace(sound, recordings=wrong)) if each.value is not None)
+    of_a_ratio = (each for each in encoding_faults.units(replace(sound, recordings=wrong)) if each.value is not None)
     geared = min(of_a_ratio, key=lambda each: abs(each.value - ratio))
     assert abs(geared.value / ratio - 1.0) < 0.011  # ratios are 2 % apart
     exact = geared.refined(np.array([ratio / geared.value - 1.0]))
@@ -50,9 +50,9 @@ def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(so
 def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(sound):
     wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in sound.recordings)
     words = "all positions are in degrees"
-    found = next(each for each in position_faults.units(replace(sound, recordings=wrong)) if each.words == words)
+    found = next(each for each in encoding_faults.units(replace(sound, recordings=wrong)) if each.words == words)
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=1e-12)
-    assert not any(each.words == words for each in position_faults.units(sound))
+    assert not any(each.words == words for each in encoding_faults.units(sound))
 
 
 @pytest.mark.parametrize(("lowest", "of_degrees"), [(-100, True), (-100, False), (0, True), (0, False)])
@@ -66,7 +66,7 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
     structure = replace(sound.structure, arm=replace(sound.structure.arm, lower=lower, upper=upper))
     logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
     words = f"all positions are per cent of each joint's range, {lowest} to 100" + ", taken for degrees" * of_degrees
-    (found,) = [each for each in position_faults.normalised(logs) if each.words == words]
+    (found,) = [each for each in encoding_faults.normalised(logs) if each.words == words]
     for how, log, q in zip(found.hypothesis.logs, wrong, right, strict=True):
         np.testing.assert_allclose(how.read(log).q, q, rtol=1e-9, atol=1e-9)
     part = read_description(None, re.findall("'(.*?)'", found.advice)).q
@@ -77,9 +77,9 @@ def test_per_cent_of_each_joints_range_are_read_and_its_advice_decodes_them(soun
 def test_lines_that_are_advised_decode_the_log_as_the_hypothesis_does(sound, tmp_path):
     log, seen = changed(sound.recordings[1], v=sound.recordings[1].v * [3.7, -0.4, 1.9]), set[str]()
     write_recording(log, tmp_path / "log.parquet")
-    degrees = position_faults.in_unit(sound, (1,), (0, 1, 2), np.pi / 180.0, "in degrees")
-    geared = position_faults.geared(sound, (2,), np.array([-63.7]))
-    each_own = position_faults.geared(sound, (0, 1, 2), np.array([9.0, -6.4, 111.0]))
+    degrees = encoding_faults.in_unit(sound, (1,), (0, 1, 2), np.pi / 180.0, "in degrees")
+    geared = encoding_faults.geared(sound, (2,), np.array([-63.7]))
+    each_own = encoding_faults.geared(sound, (0, 1, 2), np.array([9.0, -6.4, 111.0]))
     scaled = [column_faults.scaled(sound, (1,), joints, 4.2) for joints in ((), (1,))]
     families = (column_faults.zeros(sound), column_faults.couplings(sound), column_faults.clocks(sound))
     for each in (degrees, geared, each_own, *scaled, *(one for family in families for one in family if 1 in one.logs)):
@@ -98,7 +98,7 @@ def test_a_convention_is_advised_in_lines_that_decode_a_log_in_degrees(sound, tm
     right = sound.recordings[1]
     write_recording(changed(right, q=np.rad2deg(right.q)), tmp_path / "log.csv")
     brakes = [float(largest(friction_z(sound.problem, j))) for j in range(3)]
-    found = list(position_faults.conventions(sound))
+    found = list(encoding_faults.conventions(sound))
     for each in found:
         lines = re.findall(r"'([qv]\.\w+ = [^']+)'", each.advice)
         read = read_log(tmp_path / "log.csv", read_description(None, [*lines, 'q.unit = "deg"']), check=None).recording
@@ -123,7 +123,7 @@ def test_gears_of_joints_that_stand_still_or_have_no_limits_are_not_looked_for(s
         limited = replace(arm, lower=np.full(3, -2.8), upper=np.array(upper))
         wrong = tuple(changed(each, q=each.q * [31.0, 40.0 * still, -17.0] + 0.3) for each in sound.recordings)
         problem = replace(sound.problem, structure=replace(sound.structure, arm=limited))
-        assert any(position_faults.own_gears(replace(sound, recordings=wrong, problem=problem))) is some
+        assert any(encoding_faults.own_gears(replace(sound, recordings=wrong, problem=problem))) is some
 
 
 def test_counts_may_be_half_of_a_turn_at_zero_and_a_clock_sixty_times_off(sound):
@@ -131,7 +131,7 @@ def test_counts_may_be_half_of_a_turn_at_zero_and_a_clock_sixty_times_off(sound)
     structure = replace(sound.structure, arm=limited)
     wrong = tuple(changed(each, q=each.q * 4096.0 / (2.0 * np.pi) + 2048.0) for each in sound.recordings)
     logs = replace(sound, recordings=wrong, problem=replace(sound.problem, structure=structure))
-    (found,) = [each for each in position_faults.units(logs) if each.words.endswith("4096 per turn, 2048 at zero")]
+    (found,) = [each for each in encoding_faults.units(logs) if each.words.endswith("4096 per turn, 2048 at zero")]
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, sound.recordings[1].q, rtol=0.0, atol=1e-12)
     assert found.advice.startswith("add --state 'q.factor = 0.001533981' --state 'q.zero = -2048'")
     again = found.refined(np.array([0.01, 0.01, 0.01]))
@@ -142,7 +142,7 @@ def test_counts_may_be_half_of_a_turn_at_zero_and_a_clock_sixty_times_off(sound)
 
 def test_ratios_of_a_fit_are_told_as_equal_and_whole_ones_within_their_deviations():
     def of(ratios, std):
-        return list(position_faults._special(np.array(ratios), np.array(std) / np.abs(ratios)))[-1]
+        return list(encoding_faults._special(np.array(ratios), np.array(std) / np.abs(ratios)))[-1]
 
     turn = 2.0 * np.pi
     np.testing.assert_allclose(of([101.1, -80.4], [0.07, 0.1]), [101.0, -80.4])  # the other is four deviations off
@@ -208,7 +208,7 @@ def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_po
     natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in every]
     assert {*natural} == {True, False}
     assert [each.searched for each in every] == [not each for each in natural]
-    assert position_faults.geared(doubted(axes, [bare, loaded]), (1,), np.array([-63.0])).searched
+    assert encoding_faults.geared(doubted(axes, [bare, loaded]), (1,), np.array([-63.0])).searched
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):

@@ -8,7 +8,7 @@ from consistency_logs import LOOSE, at, changed, exchanged, logs_of
 from known_logs import BRICK, mounted
 from real_friction import Truth
 
-from ident.diagnosis import column_faults, families, position_faults
+from ident.diagnosis import column_faults, encoding_faults, families
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.hypothesis import Logs
@@ -63,7 +63,7 @@ def test_signs_and_zeros_of_another_convention_are_undone_by_the_best_reading(ax
     (sign, degrees), right = CONVENTIONS[words], logs_of(Truth(), seed=7)
     sign, zero = np.array([1.0, *sign]), np.deg2rad([0.0, *degrees])
     wrong = [changed(each, q=sign * each.q + zero, v=each.v * [1.0, 1.0, sign[2]]) for each in right]
-    found = screened(logs := prepared(axes, *wrong), list(position_faults.conventions(logs)))
+    found = screened(logs := prepared(axes, *wrong), list(encoding_faults.conventions(logs)))
     own = next(each for each in found if each.alternative.words.endswith(words))
     assert own.gain > 0.999 * found[0].gain > 100.0  # a mirrored arm has the same
     for log, how, want in zip(wrong, own.alternative.hypothesis.logs, right, strict=True):

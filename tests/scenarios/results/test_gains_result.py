@@ -200,7 +200,7 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
         each = tuple(Effect(joint=j, percent=percent, deviations=z) for j, percent, z in effects)
         return replace(DOUBT, severity=Severity.WRONG, effects=each)
 
-    both = (wrong((1, 0.41, 1.4)), wrong((0, -9.3, -7.0), (1, -0.62, -2.1), (2, 0.1, 0.3)))
+    both = (wrong((0, -8.1, -6.0), (1, 0.41, 1.4)), wrong((0, -9.3, -7.0), (1, -0.62, -2.1), (2, 0.1, 0.3)))
     told = result(Diagnosed(diagnoses=both))  # joint 2 once, with the larger effect
     (kept,) = [text for text in texts(told) if text.startswith("Gains kept")]
     assert kept.endswith("by less than 3 standard deviations: joint 2 by -0.62 %.")

@@ -1,4 +1,4 @@
-"""Faults of positions: other units, gears and encoders of motors, shares of a range, signs and zeros of a convention.
+"""Faults of how positions are encoded: units, gears and encoders, shares of a range, signs and zeros of a convention.
 
 These are large cases, as hypotheses on the logs. Ratios of gears are found in three steps: signs and one size are
 screened on a grid, first-order steps give each joint its own ratio, and equal or whole ones replace ratios that predict

@@ -229,19 +229,11 @@ class Alternative:
 
 
 def small(
-    at: Callable[[Array], Alternative],
-    columns: Sequence[Array | None],
-    *,
-    scale: float = 1.0,
-    largest: float = np.inf,
-    prior_std: Array | None = None,
+    found: Alternative, columns: Sequence[Array | None], *, scale: float = 1.0, largest: float = np.inf
 ) -> Alternative:
-    """Return small alternatives of all sizes, from a function of their parameters and columns of currents."""
+    """Return small alternatives of all sizes, from that of size zero and columns of currents."""
     width = next(each.shape[1] for each in columns if each is not None)
-    return replace(
-        at(np.zeros(width)), refined=at, columns=tuple(columns), parameters=width,
-        scale=scale, largest=largest, prior_std=prior_std,
-    )  # fmt: skip
+    return replace(found, columns=tuple(columns), parameters=width, scale=scale, largest=largest)
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

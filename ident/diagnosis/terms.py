@@ -145,12 +145,13 @@ def _term(
         family=family, words=f"joint {joints[0] + 1}: {words}" if joints else words, joints=joints,
         logs=scope or logs.every, hypothesis=logs.given, advice=advice, unit="%" if family == CURRENT_DRIFT else "",
         term=True, at_fault=family in (OFFSET, OFFSET_DRIFT),
+        refined=lambda value: replace(found, value=_single(value, scale)),
     )  # fmt: skip
     if isinstance(columns, np.ndarray):
         own = [columns if j in joints else None for j in range(logs.structure.arm.n)]
     else:
         own = columns
-    return small(lambda value: replace(found, value=_single(value, scale)), own, scale=scale)
+    return small(found, own, scale=scale)
 
 
 def _single(value: Array, scale: float) -> float | None:
@@ -231,7 +232,6 @@ def _of_payload(
         each[:, felt] = values.reshape(len(each), felt.sum())
         return replace(found, words=words(each.ravel()), value=_single(values, scale))
 
-    return small(
-        sized, [None if each is None else each[:, felt] for each in columns], scale=scale,
-        prior_std=np.array(mounted.com_std)[felt] if family == CENTRE and any(mounted.com_std) else None,
-    )  # fmt: skip
+    std = np.array(mounted.com_std)[felt] if family == CENTRE and any(mounted.com_std) else None
+    own = [None if each is None else each[:, felt] for each in columns]
+    return small(replace(found, refined=sized, prior_std=std), own, scale=scale)

@@ -62,9 +62,11 @@ def made(linear, of) -> HeldOutEstimate:
 
 def direction(columns, **more) -> Alternative:
     """A small alternative; of its size nothing but the value is described."""
-    plain = Alternative(family="delay", words="it drifts", joints=(), logs=(0, 1), hypothesis=None, advice="", unit="%")
-    at = lambda x: replace(plain, **more, value=100.0 * float(x[0]))  # noqa: E731
-    return small(at, columns, scale=100.0)
+    plain = Alternative(
+        family="delay", words="it drifts", joints=(), logs=(0, 1), hypothesis=None, advice="", unit="%",
+        refined=lambda x: replace(plain, **more, value=100.0 * float(x[0])),
+    )  # fmt: skip
+    return small(replace(plain, **more), columns, scale=100.0)
 
 
 def test_an_estimate_predicts_each_block_and_joint_as_one_that_has_not_seen_it(made, linear):

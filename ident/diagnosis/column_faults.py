@@ -301,14 +301,11 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
 LENGTHS = {"millimetres": 1e-3}
 """Factors from units of angle to radians, and from units of length to metres."""
-RATIOS = np.geomspace(2.0, 2e8, 930)
-"""Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
 MOST_RATIO = 500.0
 """Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
-OF_ALL = np.concatenate(
-    (np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), 2.0 ** np.arange(8, 31) / (2.0 * np.pi))
-)
-"""Ratios that all joints may have together, also of motors logged in turns, and counts of encoders per radian."""
+OF_TURNS = np.concatenate((np.arange(7.0, MOST_RATIO), 2.0 ** np.arange(8, 31))) / (2.0 * np.pi)
+RATIOS = np.concatenate((np.arange(2.0, MOST_RATIO), OF_TURNS, np.geomspace(MOST_RATIO, 2e8, 650)))
+"""Ratios of gears, also of motors logged in turns; counts of encoders per radian, and with gears, 2 % apart."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -325,8 +322,7 @@ def units(logs: Logs) -> Iterator[Alternative]:
     # ratios of several joints are found only if they are equal
     for joints, sign in product({beyond, turning} if len(beyond) == 1 else {turning} if beyond else (), (1.0, -1.0)):
         least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
-        ratios = RATIOS if len(joints) == 1 else OF_ALL
-        for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
+        for ratio in (sign * RATIOS[least / STILL >= RATIOS]).tolist():
             yield from _reached(logs, geared(logs, joints, ratio))
 
 

@@ -56,8 +56,6 @@ from ident.support.errors import IdentificationError
 DELAY = "delay"
 STEPS = 5
 """Largest number of further estimates that refine the size of a fault that only gains reveal."""
-WITH_RATIO = 2
-"""Largest number of faults that begin with a ratio of all joints, which explains impossible positions alone or not."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
@@ -68,11 +66,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
-    impossible = bool(joints_beyond_limits(logs))
-    ratio = bool(of_logs) and of_logs[0].best.alternative.key == ("ratio", (), logs.every)
-    if impossible and len(of_logs) > (WITH_RATIO if ratio else MOST - 1):  # they are not what is wrong
-        of_logs, found = [], list[Fault]()
-    if known is not None and not of_logs and not impossible:
+    if known is not None and not of_logs and not joints_beyond_limits(logs):
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     signs = {each.alternative.joints for each in seen.gross if each.alternative.family == SIGN and not each.excluded}

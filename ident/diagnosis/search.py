@@ -32,6 +32,8 @@ LOOKED_AT = 3
 """Number of best alternatives of each kind that are compared exactly."""
 MOST = 4
 """Largest number of faults and terms in one set of logs."""
+MOST_IMPOSSIBLE = 2
+"""Largest number of faults that explain impossible positions; of more, none is the cause: logs of another robot."""
 REFINED, SETTLED = 5, 0.5
 """Largest number of steps that refine the size of a fault, and step, in standard deviations, below which they end."""
 
@@ -218,7 +220,8 @@ def faults(
     """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included.
 
     A fault must be confirmed by an estimate, which has more information. If all significant small faults are harmless,
-    none is compared exactly: long logs show errors of a hundredth of a degree.
+    none is compared exactly: long logs show errors of a hundredth of a degree. Impossible positions have few causes, or
+    none that is known: then there is no fault.
     """
     original = seen.logs.problem
 
@@ -242,9 +245,18 @@ def faults(
         others = [each.alternative for each in seen.small if each.alternative is not found.alternative]
         return replace(seen, logs=logs, small=smalls(logs, others))
 
-    return add_significant(
+    every = add_significant(
         seen, significant, extended, most=MOST, confirms=lambda each: isinstance(each, FirstOrder) or confirms(each)
     )
+    if not joints_beyond_limits(seen.logs):
+        yield from every
+        return
+    found = list[Fault]()
+    for each in every:
+        found.append(each)
+        if sum(isinstance(one.best, Exact) for one in found) > MOST_IMPOSSIBLE:
+            return
+    yield from found
 
 
 def joints_beyond_limits(logs: Logs) -> int:

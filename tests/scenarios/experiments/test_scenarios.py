@@ -13,6 +13,7 @@ from scenarios.experiments.run import run
 from scenarios.experiments.scenario import Setup, load_scenario, setup_of, value_at, with_method
 from scenarios.experiments.scenario_files import builtin_names
 from scenarios.experiments.schema import ToleranceTable
+from scenarios.support.errors import ScenarioError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
@@ -107,6 +108,14 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
     assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
     with pytest.raises(OptionError, match="unknown key 'gain_joints'"):
         with_method(stated, None, ["gain-joints=3"])
+
+
+@pytest.mark.parametrize("place", ["sources.joint elasticity.shared", "tolerance.identifiable"])
+def test_truth_values_are_no_numbers_that_a_study_varies(place):
+    with pytest.raises(
+        ScenarioError, match=f"{place} holds .*True.*; expected a number, an array of numbers or a name"
+    ):
+        value_at(load_scenario("nominal").table, place)
 
 
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])

@@ -14,13 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
-from ident.diagnosis.evidence import BLOCKS, TOGETHER, UNSEEN, Evidence, Fits, FreeFit, Score, each_added, fits_of
+from ident.diagnosis.evidence import BLOCKS, TOGETHER, UNSEEN, Evidence, Fits, Score, each_added, fits_of
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference, numbered_blocks
 from ident.diagnosis.search import Exact, FirstOrder
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
-from ident.estimation.intervals import max_of_classical_and_jackknife
+from ident.estimation.intervals import BlockedFit, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
@@ -134,7 +134,7 @@ class HeldOutEstimate:
     problem: Problem  # motions and payloads
     estimate: GainEstimate  # the estimate from them
     solution: GainSolution  # its solution, or that of the same model with rigid joints
-    fit: FreeFit  # the solution's rows of all joints, in units of each joint's residual
+    fit: BlockedFit  # the solution's rows of all joints, in units of each joint's residual
 
     @cached_property
     def fits(self) -> Fits:
@@ -236,7 +236,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
     """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
     solution = estimate.solution if solution is None else solution
     rows = solution.rows
-    fit = FreeFit(
+    fit = BlockedFit(
         V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained,
         block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
     )  # fmt: skip

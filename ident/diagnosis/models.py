@@ -16,8 +16,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit
+from ident.diagnosis.evidence import BLOCKS, Fits, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
+from ident.estimation.intervals import BlockedFit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import OWN, Columns, joint_rows
 from ident.estimation.setting import Setting, setting
@@ -48,7 +49,7 @@ class FreeModel:
     @cached_property
     def fits(self) -> Fits:
         """Each joint's fit, prepared for held-out predictions; None where it has fewer rows than unknowns."""
-        blocks, parts = BLOCKS * len(self.problem.motions), list[FreeFit | None]()
+        blocks, parts = BLOCKS * len(self.problem.motions), list[BlockedFit | None]()
         for own, more in zip(self.rows, self.further or (None,) * len(self.rows), strict=True):
             W = free_columns(self.problem, own)
             W = W if more is None else np.column_stack((W, more))

@@ -281,10 +281,10 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
 
     The other logs have a common variance: in one sum of squares the part with larger units would dominate.
     """
-    held = logs.model.fits.parts[joint]
+    held = logs.fits.parts[joint]
     if held is None:
         return np.zeros(len(SCALES))
-    own = (logs.model.rows[joint].motion == k).astype(np.float64)
+    own = (logs.rows[joint].motion == k).astype(np.float64)
     V, share = held.V, float(own.mean())
     other, mine = held.without(V * (1.0 - own)), held.without(V * own)
     a, b = other * (1.0 - own), mine * (1.0 - own)  # rows of the other logs: a + b / s

@@ -95,13 +95,13 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
             further = [*_Known(own.estimate, own, known.reestimate).beyond_first_order(after)]
             diagnoses += [_of_fault(each, after, known) for each in further]
             if not further:
-                stiff, model = own.estimate.solution.stiff, last.read.model
-                diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
+                stiff = own.estimate.solution.stiff
+                diagnoses += lacks_of(own, after.directions, last.read, known.reestimate, stiff=stiff)
     else:
         # from the logs alone: nothing imitates it
         elastic = any(each.best.alternative.family == ELASTICITY for each in found)
         stiff = None if elastic else base.solution.stiff
-        diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
+        diagnoses += lacks_of(base, seen.directions, logs, reestimate, stiff=stiff)
     if estimate is not None:
         diagnoses += encoder_noise(logs.problem, estimate)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
@@ -120,7 +120,7 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
         return Diagnosed()
     small = directions(reference(logs.problem), logs)
     base = stated(problem, estimate)
-    return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
+    return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs, stiff=base.solution.stiff)))
 
 
 def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
@@ -132,7 +132,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
     first = next((each for each in faults(seen) if isinstance(each.best, Exact)), None)
     if first is None:
         own = [each for each in seen.directions if each.key == (DELAY, (), logs.every)]
-        limits = [size for size in bounds(seen.logs.model.fits, own) if size is not None]
+        limits = [size for size in bounds(seen.logs.fits, own) if size is not None]
         shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
         return 0.0, Diagnosis(name=DELAY, sentence=f"no delay of the currents detected; {shown}", asked=True)
     assert isinstance(first.best, Exact), "a fault of the logs"
@@ -198,7 +198,7 @@ class _Known:
             return
         open_to = [each for each in seen.directions if each.at_fault and not each.term and each.parameters == 1]
         own = [each for each in small if each.alternative in open_to]
-        unbounded = zip(own, bounds(seen.logs.model.fits, [each.alternative for each in own]), strict=True)
+        unbounded = zip(own, bounds(seen.logs.fits, [each.alternative for each in own]), strict=True)
         best_of = {one.alternative.family: one for one, size in unbounded if size is None and one.z > SHOWN - 1.0}
         likely = sorted(best_of.values(), key=lambda each: -each.gain)[:LOOKED_AT]
         found = [exact for each in likely if (exact := self._far(seen.logs, each)) is not None]
@@ -215,7 +215,7 @@ class _Known:
         given, limit = self.base.by_joint, start.alternative.largest
 
         def compare(alternative: Alternative) -> Exact | None:
-            found = Exact(alternative, np.empty(0), logs, logs.model.fits.score)
+            found = Exact(alternative, np.empty(0), logs, logs.fits.score)
             if (other := self.predicting(found)) is None:
                 return None
             score = scored_as(other.by_joint, alternative.hypothesis)

@@ -64,8 +64,8 @@ def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
 def of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
-    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    left, still = before.model.fits.score.variance, found.read.model.fits.score.variance
+    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.rows])
+    left, still = before.fits.score.variance, found.read.fits.score.variance
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
     for j, share in zip(order, lost, strict=True):
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)

@@ -14,9 +14,8 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
-from ident.diagnosis.evidence import log_density_improvement, z_of
-from ident.diagnosis.hypothesis import Alternative
-from ident.diagnosis.models import FreeModel
+from ident.diagnosis.evidence import Fits, log_density_improvement, z_of
+from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
 from ident.estimation.estimate import GainEstimate, GainSolution
@@ -34,17 +33,17 @@ ANOTHER = "the payload is not as specified: its centre of mass, its inertia or i
 def lacks_of(
     base: HeldOutEstimate,
     small: Sequence[Alternative],
-    names: Sequence[str],
-    free: FreeModel | None = None,
+    logs: Logs,
     reestimate: Estimate | None = None,
     *,
     stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
     """Return effects that an estimate lacks, of the competing directions `small`, the one that explains most first.
 
-    Fits of each joint alone (`free`) that predict significantly better show that something is lacking. Elastic joints
-    may imitate faults: `stiff` is the solution with rigid ones. None skips either.
+    Fits of each joint alone that predict significantly better show that something is lacking; without `reestimate` they
+    are not compared. Elastic joints may imitate faults: `stiff` is the solution with rigid ones, None skips it.
     """
+    names = logs.names
     believed = [each for each in base.payload_errors if each.prior_std is not None]
     open_ones = [*small, *(each for each in base.payload_errors if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
@@ -59,17 +58,17 @@ def lacks_of(
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
-    wrong = None if free is None or reestimate is None else _of_payload(base, free, reestimate, first, names)
+    wrong = None if reestimate is None else _of_payload(base, logs, reestimate, first)
     if wrong is not None:
         yield wrong
         return
     found = [of_lack(each, names, reestimate) for each in lacks]
     yield from found
-    if free is not None:
+    if reestimate is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
         beside_faults = any(each.severity is Severity.WRONG for each in faults)
         last = lacks[-1].model.beside(lacks[-1].best.alternative) if lacks else base
-        yield from _unexplained(last, free, beside_faults=beside_faults)
+        yield from _unexplained(last, logs.fits, beside_faults=beside_faults)
 
 
 Lack: TypeAlias = Significant[HeldOutEstimate, FirstOrder]
@@ -113,15 +112,13 @@ def beyond_prior(found: FirstOrder) -> bool:
     return float(found.value @ np.linalg.solve(spread, found.value)) > SHOWN**2
 
 
-def _of_payload(
-    base: HeldOutEstimate, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
-) -> Diagnosis | None:
+def _of_payload(base: HeldOutEstimate, logs: Logs, reestimate: Estimate, first: Lack | None) -> Diagnosis | None:
     """Return the diagnosis of a payload that is not as specified, by gains from its mass alone, None if it is as good.
 
     `first` is the best first-order effect; a payload that is rotated or far off exceeds the first order.
     """
     of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
-    if not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
+    if not _leaves(base, logs.fits) or not _may_be_of_payload(base, None if of_payload else first):
         return None
     found = from_mass_alone(base, reestimate)
     if found is None:
@@ -129,10 +126,10 @@ def _of_payload(
     other, u = found
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
-    logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
-    found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
-    if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), free):
-        found = of_lack(first, names, reestimate)  # its size is correct to first order
+    loaded = (name for name, each in zip(logs.names, base.problem.motions, strict=True) if each.payload is not None)
+    found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=tuple(loaded), z=z_of(u))
+    if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), logs.fits):
+        found = of_lack(first, logs.names, reestimate)  # its size is correct to first order
     effects = tuple(between(base.estimate, other)) or found.effects
     sentence = f"{found.cause}{consequence(effects)}"
     return replace(found, severity=severity_of(effects), sentence=sentence, effects=effects)
@@ -163,16 +160,16 @@ def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
     return other is None or float(np.sum(together.u - other.best.u)) > 0.0
 
 
-def _leaves(base: HeldOutEstimate, free: FreeModel) -> bool:
+def _leaves(base: HeldOutEstimate, free: Fits) -> bool:
     """Whether fits of each joint alone, with free payloads, predict the currents significantly better."""
-    return z_of(log_density_improvement(base.by_joint, free.fits.score)) > SHOWN
+    return z_of(log_density_improvement(base.by_joint, free.score)) > SHOWN
 
 
-def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
+def _unexplained(base: HeldOutEstimate, free: Fits, *, beside_faults: bool) -> Iterator[Diagnosis]:
     """Return the diagnosis of currents that only fits of each joint alone explain; beside faults it refuses gains."""
     if not _leaves(base, free):
         return
-    times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))
+    times = np.sqrt(base.by_joint.variance / np.where(free.sigma > 0.0, free.score.variance, np.inf))
     worst = int(np.argmax(times))
     most = float(times[worst])  # significant in a long log even if small
     size = f"{two_digits(most)} times as large as"

@@ -77,7 +77,7 @@ def undetected_sizes(seen: Survey) -> Sizes:
     """Return the largest size that is not excluded of each kind of small fault; of one log, that of any log."""
     found = {limit: dict[tuple[tuple[int, ...], str], float]() for _, limit in LIMITS}
     own = [(limit, each) for name, limit in LIMITS for each in _of_limit(seen, name, limit)]
-    for (limit, each), size in zip(own, bounds(seen.logs.model.fits, [each for _, each in own]), strict=True):
+    for (limit, each), size in zip(own, bounds(seen.logs.fits, [each for _, each in own]), strict=True):
         unit, scale = _unit(each)
         key, sizes = (each.joints, unit), found[limit]
         sizes[key] = max(sizes.get(key, 0.0), np.inf if size is None else scale * size)

@@ -20,7 +20,7 @@ from ident.diagnosis.evidence import BLOCKS, Fits, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.intervals import BlockedFit
 from ident.estimation.problem import Problem
-from ident.estimation.rows import OWN, Columns, joint_rows
+from ident.estimation.rows import OWN, Columns
 from ident.estimation.setting import Setting, setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
@@ -34,34 +34,21 @@ COUPLED = ("Fvm", "Fcm")
 """Friction of motors that turn with two joints."""
 
 
-@dataclass(frozen=True, eq=False)
-class FreeModel:
-    """Free fits of all joints."""
-
-    problem: Problem  # the observed logs; two mountings are two payload objects, even if equal
-    further: Sequence[Array | None] = ()  # further columns of each joint, n arrays of shape (r_j, m), if any
-
-    @cached_property
-    def rows(self) -> tuple[Columns, ...]:
-        """Rows of each joint."""
-        return tuple(joint_rows(self.problem, joint) for joint in range(self.problem.structure.arm.n))
-
-    @cached_property
-    def fits(self) -> Fits:
-        """Each joint's fit, prepared for held-out predictions; None where it has fewer rows than unknowns."""
-        blocks, parts = BLOCKS * len(self.problem.motions), list[BlockedFit | None]()
-        for own, more in zip(self.rows, self.further or (None,) * len(self.rows), strict=True):
-            W = free_columns(self.problem, own)
-            W = W if more is None else np.column_stack((W, more))
-            if len(own.V) <= W.shape[1]:
-                parts.append(None)
-                continue
-            fitted = free_fit(W, own.V, numbered_blocks(self.problem, own.motion, own.position), blocks)
-            if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
-                W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
-                fitted = free_fit(W, own.V, fitted.block, blocks)
-            parts.append(fitted)
-        return fits_of(parts)
+def free_fits(problem: Problem, rows: Sequence[Columns], terms: Sequence[Array | None]) -> Fits:
+    """Fit each joint's rows alone, with further terms if any, n arrays (r_j, m); None with fewer rows than unknowns."""
+    blocks, parts = BLOCKS * len(problem.motions), list[BlockedFit | None]()
+    for own, more in zip(rows, terms or (None,) * len(rows), strict=True):
+        W = free_columns(problem, own)
+        W = W if more is None else np.column_stack((W, more))
+        if len(own.V) <= W.shape[1]:
+            parts.append(None)
+            continue
+        fitted = free_fit(W, own.V, numbered_blocks(problem, own.motion, own.position), blocks)
+        if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
+            W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
+            fitted = free_fit(W, own.V, fitted.block, blocks)
+        parts.append(fitted)
+    return fits_of(parts)
 
 
 def numbered_blocks(problem: Problem, motion: Indices, position: Indices) -> Indices:

@@ -176,7 +176,7 @@ def directions(fit: Reference | None, logs: Logs, families: Collection[Family] =
 
 def smalls(logs: Logs, found: Sequence[Alternative]) -> tuple[FirstOrder, ...]:
     """Return the improvements by directions that are worth a comparison, the best first."""
-    small = added(found, each_added(logs.model.fits, [one.columns for one in found], WORTH))
+    small = added(found, each_added(logs.fits, [one.columns for one in found], WORTH))
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 
@@ -318,7 +318,7 @@ def refined(
 def _change(found: Exact) -> Evidence | None:
     """Return the next change of the parameters; None if it is not determined, or if the alternative is unlikely."""
     further = None if found.z < SHOWN - 1.0 else direction_of(found)
-    return None if further is None else each_added(found.read.model.fits, [further.columns])[0]
+    return None if further is None else each_added(found.read.fits, [further.columns])[0]
 
 
 def direction_of(found: Exact) -> Alternative | None:
@@ -331,7 +331,7 @@ def direction_of(found: Exact) -> Alternative | None:
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:
     """Evaluate an alternative exactly; None if the logs cannot be filtered under its hypothesis."""
     try:
-        score = read_as(logs, alternative.hypothesis).model.fits.score
+        score = read_as(logs, alternative.hypothesis).fits.score
     except IdentificationError:
         return None
     return _scored(logs, Exact(alternative, np.empty(0), logs, scored_as(score, alternative.hypothesis)))
@@ -339,4 +339,4 @@ def compared(logs: Logs, alternative: Alternative) -> Exact | None:
 
 def _scored(logs: Logs, found: Exact) -> Exact:
     """An alternative compared with the logs as they are, or with terms added to their model."""
-    return replace(found, u=log_density_improvement(logs.model.fits.score, found.score))
+    return replace(found, u=log_density_improvement(logs.fits.score, found.score))

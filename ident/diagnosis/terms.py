@@ -55,14 +55,14 @@ def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
         yield _term("position-dependent torque", logs, columns, (j,))
 
 
 def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction with another dependence on speed."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         dq = states(logs, rows)[1]
         even = _polynomials(np.abs(dq), DEGREE // 2)
         columns = np.hstack((even, np.sign(dq)[:, None] * even)) * rows.weight[:, None]
@@ -88,7 +88,7 @@ def states(logs: Logs, rows: Columns) -> tuple[Array, Array]:
 
 def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction that changes within each log."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         own = rows.of_parameter("Fv", "Fc")
         if own.any():
             time = [(rows.since_middle() * (rows.motion == log))[:, None] for log in logs.every]
@@ -97,7 +97,7 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction of a motor that turns with two joints, different in a later log."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         coupled = rows.of_parameter(*COUPLED)
         if coupled.any() and len(logs.recordings) > 1:
             parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in logs.every[1:]]
@@ -107,7 +107,7 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
     for log in logs.every:
-        explained = zip(logs.model.rows, reference.within(reference.explained, (log,)), strict=True)
+        explained = zip(logs.rows, reference.within(reference.explained, (log,)), strict=True)
         columns = [own * rows.since_middle(log)[:, None] for rows, own in explained if own is not None]
         yield _term(CURRENT_DRIFT, logs, columns, (), (log,))
         yield from (_term(CURRENT_DRIFT, logs, each, (j,), (log,)) for j, each in enumerate(columns))
@@ -117,8 +117,8 @@ def offsets(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
     n = logs.structure.arm.n
     for log in logs.every:
-        level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
-        drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
+        level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.rows]
+        drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.rows, strict=True)]
         for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
             yield from (_term(family, logs, each, (j,), (log,)) for j, each in enumerate(columns))
             if n > 1 and columns:

@@ -124,7 +124,7 @@ def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever
 def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
-    (small,) = added([zero], each_added(sound_survey.logs.model.fits, [zero.columns]))
+    (small,) = added([zero], each_added(sound_survey.logs.fits, [zero.columns]))
     rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
     moved = influence @ np.concatenate([each @ small.value for each in zero.columns])
@@ -142,7 +142,7 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
     def fits(*variance: float) -> SimpleNamespace:
         score = SimpleNamespace(variance=np.array(variance))
         rows = [SimpleNamespace(V=np.array([6.0, -8.0]) * (k + 1.0)) for k in range(3)]  # rms of 7.07 times 1 to 3
-        return SimpleNamespace(model=SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score)))
+        return SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score))
 
     hypothesis = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
     found = SimpleNamespace(alternative=SimpleNamespace(hypothesis=hypothesis, logs=(1,)), read=fits(0.4, 1.7, 9.0))

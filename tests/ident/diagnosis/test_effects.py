@@ -28,9 +28,11 @@ from ident.diagnosis.lacks import (
 from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
+from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
+from ident.support.errors import NotIdentifiable
 
 
 @pytest.fixture
@@ -58,6 +60,10 @@ def made(linear, of) -> HeldOutEstimate:
         motions=2 * [SimpleNamespace(observation=observation)], options=GainOptions(), structure=structure
     )
     return stated(problem, estimate_of(solution, *gains))
+
+
+def refused(problem: Problem) -> GainEstimate:
+    raise NotIdentifiable("too little load")
 
 
 def direction(columns, **more) -> Alternative:
@@ -248,7 +254,8 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
     # What is unexplained beside a term that the model lacks refuses none.
     strict = limited(base, 1e-3)
     monkeypatch.setattr(lacks, "_leaves", lambda *_: True)
-    found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen.names, seen.model, stiff=None)]
+    monkeypatch.setattr(lacks, "_of_payload", lambda *_: None)
+    found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen, all_joints, stiff=None)]
     assert found == [(terms.ELASTICITY, Severity.WRONG), ("unexplained", Severity.WEAK)]
 
 
@@ -302,7 +309,7 @@ def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_
     def lacks(problem: Problem) -> list[Diagnosis]:
         estimates.append(all_joints(problem))
         base = stated(problem, estimates[-1])
-        return list(lacks_of(base, seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None))
+        return list(lacks_of(base, seen.directions, seen.logs, all_joints, stiff=None))
 
     # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
     assert not lacks(weighed(axes, logs))
@@ -340,21 +347,21 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     logs = [logs_of(Truth())[0], logs_of(Truth(Fc=(11.0, 10.5, 5.0)))[1]]
     problem = problem_of(axes, logs)
     estimate = all_joints_gains(problem, replace(PLAIN, friction_per_motion=False))
-    base, free = stated(problem, estimate), doubted(axes, logs).model
-    (said,) = lacks_of(base, (), ("a", "b"), free, stiff=None)
+    base, free = stated(problem, estimate), doubted(axes, logs)
+    (said,) = lacks_of(base, (), free, refused, stiff=None)
     assert (said.name, said.severity, said.joints) == ("unexplained", Severity.WEAK, (1,))
     times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
     assert times > 1.5
     np.testing.assert_allclose(said.value, times, rtol=1e-9)
     assert f"the residual of joint 2 is {two_digits(times)} times as large" in said.sentence
-    (beside,) = _unexplained(base, free, beside_faults=True)
+    (beside,) = _unexplained(base, free.fits, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
     score = replace(base.by_joint, squares=base.by_joint.squares / 1.03**2)  # what a log shows by its length alone
-    (slight,) = _unexplained(base, SimpleNamespace(fits=replace(free.fits, score=score)), beside_faults=False)
+    (slight,) = _unexplained(base, replace(free.fits, score=score), beside_faults=False)
     assert "is 3 % larger than in a fit" in slight.sentence
-    assert not list(lacks_of(base, (), ("a", "b"), stiff=None))
+    assert not list(lacks_of(base, (), free, stiff=None))
     right = stated(problem, all_joints(problem))  # friction of each log its own
-    assert not list(lacks_of(right, (), ("a", "b"), free, stiff=None))
+    assert not list(lacks_of(right, (), free, refused, stiff=None))
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
@@ -365,4 +372,4 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
     bare = replace(base, problem=replace(problem, motions=problem.motions[:1]))
     for share, names in ((1.02, ["spring"]), (0.98, [])):
         term = replace(centre, family="spring", largest=share * size)
-        assert [each.name for each in lacks_of(bare, [term], ["a", "b"], stiff=None)] == names
+        assert [each.name for each in lacks_of(bare, [term], doubted(axes, logs), stiff=None)] == names

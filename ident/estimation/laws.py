@@ -26,7 +26,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve
 from ident.estimation.intervals import deviations
 from ident.estimation.setting import Term
 from ident.support.arrays import Array

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.estimation.all_joints import Fit, fit, improvement, z_of
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve
 from ident.estimation.intervals import deviations
 from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term

@@ -14,8 +14,7 @@ import numpy as np
 from pydantic import Field, JsonValue
 
 from ident.diagnosis.gain_checks import negative
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, GainEstimate, IdentifiedGain
 from ident.estimation.known_gains import JointTorque, KnownGains, estimated_gains
 from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table

@@ -21,7 +21,7 @@ from ident.diagnosis.effects import (
     severity_of,
     stated,
 )
-from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
+from ident.diagnosis.evidence import Evidence, log_density_improvement
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.lacks import Estimate, from_mass_alone, lacks_of
@@ -50,6 +50,7 @@ from ident.diagnosis.search import (
 )
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 

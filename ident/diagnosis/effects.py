@@ -14,13 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
-from ident.diagnosis.evidence import BLOCKS, TOGETHER, UNSEEN, Evidence, Fits, Score, each_added, fits_of
+from ident.diagnosis.evidence import TOGETHER, UNSEEN, Evidence, Fits, Score, each_added, fits_of
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference, numbered_blocks
 from ident.diagnosis.search import Exact, FirstOrder
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
-from ident.estimation.intervals import BlockedFit, max_of_classical_and_jackknife
+from ident.estimation.intervals import BLOCKS, BlockedFit, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array

@@ -18,11 +18,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.intervals import Basis, BlockedFit
+from ident.estimation.intervals import BLOCKS, Basis, BlockedFit
 from ident.support.arrays import Array, Indices
 
-BLOCKS = 20
-"""Number of time blocks of each log; with 8, z is heavy-tailed."""
 RIDGE = 1e-9
 """Prior precision of the coefficients of unit columns, in units of the residual: it regularises dependent columns."""
 
@@ -71,20 +69,6 @@ def log_density_improvement(given: Score, other: Score) -> Array:
         each = np.repeat(np.where(shown, variance, 1.0), BLOCKS, axis=-1)
         gain += sign * (score.squares / each - score.rows)
     return np.where(np.repeat(shown, BLOCKS, axis=-1), 0.5 * gain, 0.0).sum(axis=-2)
-
-
-def z_of(u: Array) -> float:
-    """Sum of improvements over its standard error; zero if they are all equal."""
-    return float(each_z(u))
-
-
-def each_z(u: Array) -> Array:
-    """The same for many sums at once: from shape (..., blocks) to shape (...)."""
-    used = u != 0.0
-    count, total = np.count_nonzero(used, axis=-1), u.sum(axis=-1)
-    off = np.where(used, u - (total / np.maximum(count, 1))[..., None], 0.0)
-    spread = np.sqrt(count / np.maximum(count - 1, 1) * np.sum(off**2, axis=-1))
-    return np.divide(total, spread, out=np.zeros(total.shape), where=(count > 1) & (spread > 0.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,9 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ident.diagnosis.evidence import BLOCKS, Fits, Score
+from ident.diagnosis.evidence import Fits, Score
 from ident.diagnosis.models import free_fits
+from ident.estimation.intervals import BLOCKS
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.model.arm import Arm, with_transmission

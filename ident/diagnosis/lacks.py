@@ -14,11 +14,12 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
-from ident.diagnosis.evidence import Fits, log_density_improvement, z_of
+from ident.diagnosis.evidence import Fits, log_density_improvement
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
 from ident.estimation.estimate import GainEstimate, GainSolution
+from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError

@@ -12,11 +12,12 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.diagnosis.effects import HeldOutEstimate
-from ident.diagnosis.evidence import Fits, each_z, log_density_improvement, stacked
+from ident.diagnosis.evidence import Fits, log_density_improvement, stacked
 from ident.diagnosis.families import FAMILIES, Limit
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.search import SHOWN, Survey
 from ident.diagnosis.terms import CENTRE
+from ident.estimation.intervals import each_z
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import enumerated
 

@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ident.diagnosis.evidence import BLOCKS, Fits, fits_of, free_fit
+from ident.diagnosis.evidence import Fits, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
-from ident.estimation.intervals import BlockedFit
+from ident.estimation.intervals import BLOCKS, BlockedFit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import OWN, Columns
 from ident.estimation.setting import Setting, setting

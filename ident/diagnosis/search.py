@@ -12,11 +12,12 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement, z_of
+from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement
 from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, read_as, scored_as
 from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.screening import Screened, screened
+from ident.estimation.intervals import z_of
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 

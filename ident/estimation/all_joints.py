@@ -445,12 +445,6 @@ def improvement(better: Fit, than: Fit) -> Array:
     return than.without_blocks[2] - same * better.without_blocks[2]
 
 
-def z_of(gain: Array) -> float:
-    """Mean of an improvement by block (n, B), summed over joints, in standard errors."""
-    total = gain.sum(axis=0)
-    return float(total.mean() / max(total.std(ddof=1) / np.sqrt(len(total)), 1e-300))
-
-
 def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
     """Return the gains of a fit, whose currents may differ from those of the problem.
 

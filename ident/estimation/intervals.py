@@ -14,7 +14,7 @@ import numpy as np
 from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
-"""Number of time blocks of each motion."""
+"""Number of time blocks of each motion; with 8, the z of evidence is heavy-tailed."""
 FREE_BLOCK = 1e-13
 """Information that is added for parameters that one time block alone determines, as a share of that of all blocks."""
 
@@ -229,6 +229,20 @@ def jackknife(rows: Rows, influence: Array) -> Array:
         return np.zeros((0, 0))
     residual, block = held_out(rows)
     return of_changes(np.stack([np.bincount(block, each) for each in influence * residual], axis=1))
+
+
+def z_of(u: Array) -> float:
+    """Sum of improvements by time block over its standard error; zero if they are all equal."""
+    return float(each_z(u))
+
+
+def each_z(u: Array) -> Array:
+    """The same for many sums at once: from shape (..., blocks) to shape (...)."""
+    used = u != 0.0
+    count, total = np.count_nonzero(used, axis=-1), u.sum(axis=-1)
+    off = np.where(used, u - (total / np.maximum(count, 1))[..., None], 0.0)
+    spread = np.sqrt(count / np.maximum(count - 1, 1) * np.sum(off**2, axis=-1))
+    return np.divide(total, spread, out=np.zeros(total.shape), where=(count > 1) & (spread > 0.0))
 
 
 def of_changes(changes: Array) -> Array:

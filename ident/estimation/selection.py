@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, fit, improvement, z_of
+from ident.estimation.all_joints import Fit, fit, improvement
 from ident.estimation.estimate import GainCurve
-from ident.estimation.intervals import deviations
+from ident.estimation.intervals import deviations, z_of
 from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
@@ -118,7 +118,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     loads, ready = load_terms(ready, plain, along, tuple(LOAD_FORMS)), with_softened(ready, along)
     speeds = speed_terms(ready, tuple(SPEED_TERMS))
     elastic, soft = np.arange(ready.n), fit(ready.widened(ready.softened), {}, plain)
-    if yielding or z_of(improvement(soft, plain)) > SUSPECTED:
+    if yielding or z_of(improvement(soft, plain).sum(axis=0)) > SUSPECTED:
         beside = [*(term.column for term in speeds.values()), *(loads[form][form] for form in LOAD_FORMS)]
         exact = transmitted_columns(ready, plain, along, beside)
         rigid = np.zeros(ready.n, dtype=bool)
@@ -128,17 +128,17 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
             if yielding or not len(elastic) or not (rigid := of_negative_compliance(soft, len(elastic))).any():
                 break
     del along  # large for long logs
-    yields = yielding or z_of(improvement(soft, plain)) > BETTER
+    yields = yielding or z_of(improvement(soft, plain).sum(axis=0)) > BETTER
     base, elastic = (soft, elastic) if yields else (plain, elastic[:0])
     bent, chosen = dict[str, list[int]](), dict[str, Term]()
     for law, term in speeds.items():
         gain = improvement(fit(base.ready, {law: term}, base), base)
-        bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
+        bent[law] = [j for j in range(ready.n) if z_of(gain[j]) > BETTER]
         if bent[law]:
             chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
     found = {form: _with_load(form, ready, base, chosen, loads[form], elastic) for form in LOAD_FORMS}
     best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
-    form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
+    form = best if z_of(improvement(found[best].fit, found[MOTOR].fit).sum(axis=0)) > BETTER else MOTOR
     final = found[form]
     rivals = [mixture(final.fit, each.fit) for other, each in found.items() if other != form]
     if yields:

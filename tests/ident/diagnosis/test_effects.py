@@ -14,7 +14,7 @@ from real_friction import Truth
 from ident.diagnosis import lacks, terms
 from ident.diagnosis.diagnosis import Diagnosis, Severity, two_digits
 from ident.diagnosis.effects import FINEST, HeldOutEstimate, by_least_squares, claimed, consequence, stated
-from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.hypothesis import Alternative, small
 from ident.diagnosis.lacks import (
     Lack,
@@ -30,6 +30,7 @@ from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import all_joints_gains
+from ident.estimation.intervals import z_of
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns, joint_rows
 from ident.support.errors import NotIdentifiable

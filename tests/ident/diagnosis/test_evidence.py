@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.diagnosis.evidence import BLOCKS, Evidence, Fits, Score, each_added, fits_of, free_fit, z_of
+from ident.diagnosis.evidence import Evidence, Fits, Score, each_added, fits_of, free_fit
 from ident.diagnosis.evidence import log_density_improvement as improvement
 from ident.diagnosis.hypothesis import scored_as
 from ident.diagnosis.models import numbered_blocks
+from ident.estimation.intervals import BLOCKS, z_of
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""

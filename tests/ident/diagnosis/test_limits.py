@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Effect, Exclusion
 from ident.diagnosis.effects import HeldOutEstimate, stated
-from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.limits import (
     LIMITS,
     SIZES,
@@ -26,6 +26,7 @@ from ident.diagnosis.screening import SURELY_WORSE, Screened
 from ident.diagnosis.search import SHOWN, Survey, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.intervals import z_of
 from ident.payload.payload import Payload
 
 

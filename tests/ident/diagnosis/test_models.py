@@ -10,8 +10,8 @@ from consistency_logs import doubted, logs_of, problem_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
-from ident.diagnosis.evidence import BLOCKS
 from ident.diagnosis.models import Reference, free_columns, reference
+from ident.estimation.intervals import BLOCKS
 from ident.estimation.rows import joint_rows
 from ident.model.parameters import STANDARD
 from ident.observation.observation import Observation, ObserveOptions, observe

@@ -161,7 +161,7 @@ def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_mod
     more, a = found.sum(axis=0), np.sum((weight * (left[0] - left[1])) ** 2)
     np.testing.assert_allclose(selection.mixture(bent, plain).share, selection.mixture_share(more, a), rtol=1e-6)
     assert (bent.model.sigma < 0.99 * plain.model.sigma).any()
-    np.testing.assert_allclose(selection.z_of(found), more.mean() / more.std(ddof=1) * np.sqrt(len(more)), rtol=1e-12)
+    np.testing.assert_allclose(selection.z_of(more), more.mean() / more.std(ddof=1) * np.sqrt(len(more)), rtol=1e-12)
 
 
 def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(axes, monkeypatch):

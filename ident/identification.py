@@ -10,10 +10,9 @@ from threadpoolctl import threadpool_limits
 
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, finding, two_digits, worst_first
-from ident.diagnosis.effects import NO_RESULT
+from ident.diagnosis.effects import NO_RESULT, Estimate
 from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
-from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import (
     advice_on_units,

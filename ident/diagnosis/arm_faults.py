@@ -89,12 +89,9 @@ def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
     if motor == joint and logs.structure.arm.transmission is None:
         remedy = f"add {line_of('q.factor', 1.0 / np.diag(A))}"
     advice = f"measure it, and {remedy}"
+    found = replace(_turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio")
     step = 1.0 + share if motor == joint else 1.0
-    return replace(
-        _turned(logs, A, words, (motor,) if motor == joint else (motor, joint), advice), family="ratio",
-        value=100.0 * share, unit="%",
-        refined=lambda more: shared(logs, motor, joint, share + step * float(more[0])),
-    )  # fmt: skip
+    return found.of_size(100.0 * share, "%", lambda more: shared(logs, motor, joint, share + step * float(more[0])))
 
 
 def _turned(
@@ -151,7 +148,7 @@ def tilted(logs: Logs, turn: Array) -> Alternative:
     rotated = c * gravity + s * np.cross(axis, gravity) + (1.0 - c) * float(axis @ gravity) * axis
     degrees, about = float(np.rad2deg(angle)), ", ".join(f"{x:.2g}" for x in axis + 0.0)
     found = _standing(logs, rotated, f"the base is tilted by {degrees:.2g} degrees about ({about})")
-    return replace(found, value=degrees, unit="degrees", refined=lambda more: tilted(logs, turn + more))
+    return found.of_size(degrees, "degrees", lambda more: tilted(logs, turn + more))
 
 
 def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:

@@ -360,10 +360,8 @@ def geared(logs: Logs, joints: tuple[int, ...], ratio: float) -> Alternative:
     if abs(ratio) > MOST_RATIO:
         words = f"in counts of an encoder, {2.0 * np.pi * ratio:.6g} per turn"
     found = in_unit(logs, logs.every, joints, 1.0 / ratio, words)
-    return replace(
-        found, searched=True, parameter="ratio", advice=f"{found.advice}, with the exact ratio", value=ratio,
-        refined=lambda more: geared(logs, joints, ratio * (1.0 + float(more[0]))),
-    )  # fmt: skip
+    found = found.of_size(ratio, None, lambda more: geared(logs, joints, ratio * (1.0 + float(more[0]))))
+    return replace(found, searched=True, parameter="ratio", advice=f"{found.advice}, with the exact ratio")
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

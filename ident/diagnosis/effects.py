@@ -7,7 +7,8 @@ on the gains follows from the influence of each row:
     error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,6 +25,7 @@ from ident.estimation.intervals import BLOCKS, BlockedFit, max_of_classical_and_
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
 """Relative part of the influence outside the column space; larger for instruments and total least squares than for
@@ -127,14 +129,51 @@ def diagnosis_of(
     )  # fmt: skip
 
 
+Estimate = Callable[[Problem], GainEstimate]
+"""Function that estimates gains from a problem."""
+
+
 @dataclass(frozen=True, eq=False)
 class HeldOutEstimate:
     """An estimate, prepared for held-out predictions."""
 
     problem: Problem  # motions and payloads
     estimate: GainEstimate  # the estimate from them
-    solution: GainSolution  # its solution, or that of the same model with rigid joints
-    fit: BlockedFit  # the solution's rows of all joints, in units of each joint's residual
+    reestimate: Estimate | None = None  # repeats the estimate with other logs
+    other: GainSolution | None = None  # another solution of the same joints, None for that of the estimate
+
+    @property
+    def solution(self) -> GainSolution:
+        """The solution that predicts."""
+        return self.other or self.estimate.solution
+
+    @cached_property
+    def fit(self) -> BlockedFit:
+        """The rows of all joints, in units of each joint's residual."""
+        rows, problem = self.solution.rows, self.problem
+        block, blocks = numbered_blocks(problem, rows.motion, rows.position), BLOCKS * len(problem.motions)
+        return BlockedFit(rows.weight * rows.V, rows.weight * rows.residual, rows.explained, block, blocks)
+
+    def again(self, problem: Problem) -> GainEstimate | None:
+        """The estimate from another problem; None if it cannot be repeated, or fails."""
+        with suppress(IdentificationError):
+            return None if self.reestimate is None else self.reestimate(problem)
+
+    @cached_property
+    def predicts(self) -> bool:
+        """Whether it is by least squares, so that its influence lies in its column space."""
+        rows, solution = self.estimate.solution.rows, self.estimate.solution
+        if not len(solution.joints) or not rows.explained.shape[1]:
+            return False
+        if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
+            return False  # an exact fit, which no recording has
+        weighted = solution.influence / rows.weight
+        gram = np.zeros((rows.explained.shape[1],) * 2)
+        for _, columns, Q in rows.explained.parts:
+            gram[np.ix_(columns, columns)] += Q.T @ Q
+        along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
+        left = np.linalg.norm(rows.explained.times(np.asarray(along, np.float64)) - weighted.T)
+        return bool(left < LINEAR * np.linalg.norm(weighted))
 
     @cached_property
     def fits(self) -> Fits:
@@ -194,9 +233,10 @@ class HeldOutEstimate:
         left = fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
-        new = left @ turn
+        new, rows = left @ turn, self.solution.rows
         residual = fit.residual - new @ (turn.T @ (columns.T @ fit.residual))
-        return replace(self, fit=replace(fit, residual=residual, Q=fit.Q.beside(new)))
+        rows = replace(rows, residual=residual / rows.weight, explained=fit.Q.beside(new))
+        return replace(self, other=replace(self.solution, rows=rows))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
@@ -226,34 +266,5 @@ class HeldOutEstimate:
 
     def left_of(self, joint: int) -> float:
         """Ratio of this model's residual to the estimate's, of a joint, from 0."""
-        rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
-        left = self.fit.residual[own] / self.solution.rows.weight[own]
-        before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
-        return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
-
-
-def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> HeldOutEstimate:
-    """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
-    solution = estimate.solution if solution is None else solution
-    rows = solution.rows
-    fit = BlockedFit(
-        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained,
-        block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
-    )  # fmt: skip
-    return HeldOutEstimate(problem, estimate, solution, fit)
-
-
-def by_least_squares(estimate: GainEstimate) -> bool:
-    """Whether an estimate is by least squares, so that its influence lies in its column space."""
-    rows, solution = estimate.solution.rows, estimate.solution
-    if not len(solution.joints) or not rows.explained.shape[1]:
-        return False
-    if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
-        return False  # an exact fit, which no recording has
-    weighted = solution.influence / rows.weight
-    gram = np.zeros((rows.explained.shape[1],) * 2)
-    for _, columns, Q in rows.explained.parts:
-        gram[np.ix_(columns, columns)] += Q.T @ Q
-    along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
-    left = np.linalg.norm(rows.explained.times(np.asarray(along, np.float64)) - weighted.T)
-    return bool(left < LINEAR * np.linalg.norm(weighted))
+        before = self.estimate.solution.rows.residual_share(joint)
+        return min(1.0, self.solution.rows.residual_share(joint) / before) if before > 0.0 else 1.0

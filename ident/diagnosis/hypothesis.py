@@ -225,6 +225,10 @@ class Alternative:
         assert self.refined is not None, "small"
         return self.refined(value)
 
+    def of_size(self, value: float, unit: str | None, refined: "Callable[[Array], Alternative]") -> "Alternative":
+        """The same with a size, and the function that changes it."""
+        return replace(self, value=value, unit=unit, refined=refined)
+
     def described(self, value: Array, names: Sequence[str]) -> "Alternative":
         """The same, with the logs of a term named in its description; names are those of all logs."""
         found = self.at(value)

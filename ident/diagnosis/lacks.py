@@ -4,8 +4,7 @@ Small alternatives compete as columns beside those of the estimate. Fits of each
 whether something is lacking that none of them explains.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import TypeAlias
@@ -13,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
-from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
+from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of
 from ident.diagnosis.evidence import Fits, log_density_improvement
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
@@ -22,10 +21,7 @@ from ident.estimation.estimate import GainEstimate, GainSolution
 from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
-from ident.support.errors import IdentificationError
 
-Estimate = Callable[[Problem], GainEstimate]
-"""Function that estimates gains from a problem."""
 MOST = 3
 """Largest number of effects that one estimate lacks."""
 ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
@@ -35,21 +31,21 @@ def lacks_of(
     base: HeldOutEstimate,
     small: Sequence[Alternative],
     logs: Logs,
-    reestimate: Estimate | None = None,
     *,
     stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
     """Return effects that an estimate lacks, of the competing directions `small`, the one that explains most first.
 
-    Fits of each joint alone that predict significantly better show that something is lacking; without `reestimate` they
-    are not compared. Elastic joints may imitate faults: `stiff` is the solution with rigid ones, None skips it.
+    Fits of each joint alone that predict significantly better show that something is lacking; they are not compared
+    with an estimate that cannot be repeated. Elastic joints may imitate faults: `stiff` is the solution with rigid
+    ones, None skips it.
     """
     names = logs.names
     believed = [each for each in base.payload_errors if each.prior_std is not None]
     open_ones = [*small, *(each for each in base.payload_errors if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
-        yield of_lack(lack, names, reestimate)
+        yield of_lack(lack, names)
         base = base.beside(lack.best.alternative)
         open_ones.remove(lack.best.alternative)
     for each in believed:
@@ -59,13 +55,13 @@ def lacks_of(
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
-    wrong = None if reestimate is None else _of_payload(base, logs, reestimate, first)
+    wrong = None if base.reestimate is None else _of_payload(base, logs, first)
     if wrong is not None:
         yield wrong
         return
-    found = [of_lack(each, names, reestimate) for each in lacks]
+    found = [of_lack(each, names) for each in lacks]
     yield from found
-    if reestimate is not None:
+    if base.reestimate is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
         beside_faults = any(each.severity is Severity.WRONG for each in faults)
         last = lacks[-1].model.beside(lacks[-1].best.alternative) if lacks else base
@@ -94,7 +90,7 @@ def imitated(
     """Return faults that selected elastic joints absorb: they predict significantly better than elasticity."""
     if solution is None:
         return
-    stiff = stated(base.problem, base.estimate, solution)
+    stiff = replace(base, other=solution)
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
@@ -113,7 +109,7 @@ def beyond_prior(found: FirstOrder) -> bool:
     return float(found.value @ np.linalg.solve(spread, found.value)) > SHOWN**2
 
 
-def _of_payload(base: HeldOutEstimate, logs: Logs, reestimate: Estimate, first: Lack | None) -> Diagnosis | None:
+def _of_payload(base: HeldOutEstimate, logs: Logs, first: Lack | None) -> Diagnosis | None:
     """Return the diagnosis of a payload that is not as specified, by gains from its mass alone, None if it is as good.
 
     `first` is the best first-order effect; a payload that is rotated or far off exceeds the first order.
@@ -121,7 +117,7 @@ def _of_payload(base: HeldOutEstimate, logs: Logs, reestimate: Estimate, first: 
     of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
     if not _leaves(base, logs.fits) or not _may_be_of_payload(base, None if of_payload else first):
         return None
-    found = from_mass_alone(base, reestimate)
+    found = from_mass_alone(base)
     if found is None:
         return None
     other, u = found
@@ -130,22 +126,19 @@ def _of_payload(base: HeldOutEstimate, logs: Logs, reestimate: Estimate, first: 
     loaded = (name for name, each in zip(logs.names, base.problem.motions, strict=True) if each.payload is not None)
     found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=tuple(loaded), z=z_of(u))
     if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), logs.fits):
-        found = of_lack(first, logs.names, reestimate)  # its size is correct to first order
+        found = of_lack(first, logs.names)  # its size is correct to first order
     effects = tuple(between(base.estimate, other)) or found.effects
     sentence = f"{found.cause}{consequence(effects)}"
     return replace(found, severity=severity_of(effects), sentence=sentence, effects=effects)
 
 
-def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEstimate, Array] | None:
+def from_mass_alone(base: HeldOutEstimate) -> tuple[GainEstimate, Array] | None:
     """Return the estimate from masses of payloads alone, and its improvement, shape (blocks,); None if that fails."""
     masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
     motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
     opened = replace(base.problem, motions=tuple(motions))
-    with suppress(IdentificationError):
-        if masses:
-            other = reestimate(opened)
-            return other, log_density_improvement(base.by_joint, stated(opened, other).by_joint)
-    return None
+    other = base.again(opened) if masses else None
+    return other and (other, log_density_improvement(base.by_joint, HeldOutEstimate(opened, other).by_joint))
 
 
 def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
@@ -183,17 +176,15 @@ def _unexplained(base: HeldOutEstimate, free: Fits, *, beside_faults: bool) -> I
     )  # fmt: skip
 
 
-def of_lack(lack: Lack, names: Sequence[str], reestimate: Estimate | None = None) -> Diagnosis:
+def of_lack(lack: Lack, names: Sequence[str]) -> Diagnosis:
     """Return the diagnosis of an effect that an estimate lacks.
 
     What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
     deviation of a gain that is not refused.
     """
     base, best, rivals = lack
-    corrected = None
-    if best.alternative.at_fault and reestimate is not None and not base.estimate.identifiable.all():
-        with suppress(IdentificationError):
-            corrected = reestimate(_without(base.problem, best))
+    unsure = best.alternative.at_fault and not base.estimate.identifiable.all()
+    corrected = base.again(_without(base.problem, best)) if unsure else None
     currents = base.stacked(best.alternative.columns) @ best.value
     effects = base.effects(currents, base.beside(best.alternative), corrected)
     severity = severity_of(effects)

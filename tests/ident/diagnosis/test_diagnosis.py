@@ -14,7 +14,7 @@ from real_friction import Truth
 from ident.diagnosis.column_faults import scaled
 from ident.diagnosis.diagnose import _effects, _Known, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import between, consequence, of_currents, of_ratios, severity_of, stated
+from ident.diagnosis.effects import HeldOutEstimate, between, consequence, of_currents, of_ratios, severity_of
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.lacks import beyond_prior
@@ -248,12 +248,12 @@ def test_a_fault_that_changes_no_gain_noticeably_is_left_to_what_the_estimate_la
     for gross in ((), (Screened(best, 40.0),)):
         assert best.key not in left((small,), gross)
     assert left((small, replace(others[0], u=small.u)))[0] == best.key
-    known = _Known(estimate, stated(behind.problem, estimate), None)
+    known = _Known(HeldOutEstimate(behind.problem, estimate))
     assert not known.harmless(small)
     smaller = replace(small, value=0.01 * small.value)
     assert known.harmless(smaller)
     assert not known.harmless(replace(smaller, alternative=replace(small.alternative, largest=0.0)))
-    assert not _Known(estimate, None, None).harmless(smaller)
+    assert not _Known(HeldOutEstimate(behind.problem, without_influence(estimate))).harmless(smaller)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Effect, Exclusion
-from ident.diagnosis.effects import HeldOutEstimate, stated
+from ident.diagnosis.effects import HeldOutEstimate
 from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.limits import (
     LIMITS,
@@ -108,7 +108,7 @@ def faint(seen: Survey, family: str, factor: float) -> Survey:
 def test_scales_and_clocks_that_are_not_excluded_are_said_to_be_untold_with_what_they_move(axes):
     recorded = logs_of(Truth(), seed=3)
     logs = doubted(axes, recorded)
-    seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
+    seen, base = survey(logs), HeldOutEstimate(logs.problem, all_joints(logs.problem))
 
     def moved(*wrong) -> float:
         after = gains_of(all_joints(problem_of(axes, wrong)))
@@ -178,7 +178,7 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
 
     def base(weighed: Payload) -> HeldOutEstimate:
         problem = problem_of(axes, logs, (None, weighed))
-        return stated(problem, all_joints(problem))
+        return HeldOutEstimate(problem, all_joints(problem))
 
     (excluded,) = centres_excluded(base(BRICK))
     assert excluded.family == "payload centre"
@@ -201,7 +201,7 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
 
 
 def test_the_largest_undetected_fault_has_the_largest_effect_in_deviations_at_its_limit(seen, six):
-    base = stated(six.problem, all_joints(six.problem))
+    base = HeldOutEstimate(six.problem, all_joints(six.problem))
     zero = direction(seen, "zero", (2,))
     one = replace(seen, directions=(zero,))
     told = largest_undetected(one, undetected_sizes(one), base)

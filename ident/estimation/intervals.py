@@ -228,7 +228,7 @@ def jackknife(rows: Rows, influence: Array) -> Array:
     if not len(influence):  # of no joint; there may be no row either
         return np.zeros((0, 0))
     residual, block = held_out(rows)
-    return of_changes(np.stack([np.bincount(block, each) for each in influence * residual], axis=1))
+    return of_changes(np.array([np.bincount(block, each) for each in influence * residual], np.float64).T)
 
 
 def z_of(u: Array) -> float:

@@ -199,15 +199,10 @@ class HeldOutEstimate:
     def stacked(self, columns: Sequence[Array | None]) -> Array:
         """Stack columns of each joint's rows in the order of the estimate, shape (R, m)."""
         stacked = np.zeros((len(self.fit.V), next(each.shape[1] for each in columns if each is not None)))
-        for j, own in self._rows_of.items():
+        for j in self.solution.rows.unknowns:
             if (each := columns[j]) is not None:
-                stacked[own] = each
+                stacked[self.solution.rows.of(j)] = each
         return stacked
-
-    @cached_property
-    def _rows_of(self) -> dict[int, slice]:
-        """The rows of each joint."""
-        return {j: self.solution.rows.of(j) for j in self.solution.rows.unknowns}
 
     def weighted(self, direction: Alternative) -> Array:
         """Columns of a direction on the rows of the estimate's fit, shape (R, m)."""
@@ -249,20 +244,14 @@ class HeldOutEstimate:
         own, solution = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
         moved += (1.0 + moved) * (own.inverse / solution.inverse - 1.0)
-        place, std = {int(j): k for k, j in enumerate(own.joints)}, self._claimed
-        if beside is not None:
-            std = {j: claimed(gain, beside.left_of(j)) for j, gain in self.estimate.identified.items()}
+        place, gains = {int(j): k for k, j in enumerate(own.joints)}, self.estimate.identified
+        std = {j: claimed(gain, 1.0 if beside is None else beside.left_of(j)) for j, gain in gains.items()}
         if corrected is not None:
             std = {j: claimed(gain) for j, gain in corrected.identified.items() if j in place} | std
         return tuple(
             Effect(joint=j, percent=100.0 * float(moved[place[j]]), deviations=float(moved[place[j]]) / std[j])
             for j in sorted(std)
         )
-
-    @cached_property
-    def _claimed(self) -> dict[int, float]:
-        """Relative standard deviation of each gain."""
-        return {j: claimed(gain) for j, gain in self.estimate.identified.items()}
 
     def left_of(self, joint: int) -> float:
         """Ratio of this model's residual to the estimate's, of a joint, from 0."""

@@ -149,22 +149,15 @@ def _row_filter(behind: FullRate) -> sparse.csr_array:
 
 
 def reference(problem: Problem) -> Reference | None:
-    """Fit all joints; None if the fit fails, as for logs of a different arm."""
+    """Fit all joints, the first mounting as bare, others unknown; None if that fails, as for logs of another arm."""
     if any(motion.observation.full_rate is None for motion in problem.motions):
         return None
-    unknown = _unknown(problem)
+    first = problem.motions[0].payload
+    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
+    unknown = (replace(motion, payload=others.get(id(motion.payload))) for motion in problem.motions)
     try:
-        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=None)
+        ready = setting(replace(problem, motions=tuple(unknown)), per_motion=True, prior_std=PRIOR_STD, given=None)
         fitted = fit(ready, {}, None)
     except IdentificationError:
         return None
     return Reference(ready, fitted)
-
-
-def _unknown(problem: Problem) -> Problem:
-    """Return the same logs with unknown payloads; the first mounting counts as bare."""
-    first = problem.motions[0].payload
-    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
-    return replace(
-        problem, motions=tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
-    )

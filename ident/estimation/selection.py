@@ -220,7 +220,10 @@ def _with_load(
         where, columns, belief, free, fitted = base.ready, first, ANY_DRIVE, base, base
         for last in (False, False, True):
             if last:
-                belief = _belief(fitted, form)
+                k = fitted.model.names.index((form, -1))
+                joints = np.flatnonzero(fitted.model.own.used[:, k])
+                noise = fitted.of_own(joints, np.full(len(joints), k)).std
+                belief = prior_of_drives(fitted.phi[joints, k], noise)
             priors, on = SHARES | {form: (belief.mean, belief.std)}, offsets[ready.columns.joint]
             own = {x: Term(np.where(on | (x != OFFSET), c, 0.0), *priors[x]) for x, c in columns.items()}
             terms = {**chosen, **own}
@@ -240,13 +243,6 @@ def _is_possible(fitted: Fit, form: str) -> Mask:
     mean, std = SHARES[OFFSET]
     off = fitted.common(OFFSET, mean) - mean
     return (np.abs(fitted.common(form, 0.0)) < STRONGEST) & (np.abs(off) < BETTER * std)
-
-
-def _belief(free: Fit, form: str) -> Belief:
-    """Return the prior of the joints' coefficients from a fit with a wide one."""
-    k = free.model.names.index((form, -1))
-    joints = np.flatnonzero(free.model.own.used[:, k])
-    return prior_of_drives(free.phi[joints, k], free.of_own(joints, np.full(len(joints), k)).std)
 
 
 def prior_of_drives(seen: Array, noise: Array) -> Belief:

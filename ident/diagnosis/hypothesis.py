@@ -14,8 +14,7 @@ import numpy as np
 from ident.diagnosis.evidence import Fits, Score
 from ident.diagnosis.models import free_fits
 from ident.estimation.intervals import BLOCKS
-from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, ObservedMotion, Problem, joint_rows
 from ident.model.arm import Arm, with_transmission
 from ident.model.structure import Structure, structure_of
 from ident.numerics.signals import delayed

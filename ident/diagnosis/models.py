@@ -19,8 +19,7 @@ from scipy import sparse
 from ident.diagnosis.evidence import Fits, fits_of, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.intervals import BLOCKS, BlockedFit
-from ident.estimation.problem import Problem
-from ident.estimation.rows import OWN, Columns
+from ident.estimation.problem import OWN, Columns, Problem
 from ident.estimation.setting import Setting, setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of

@@ -20,8 +20,7 @@ from ident.diagnosis.hypothesis import SLACK, reach
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs, largest
 from ident.estimation.intervals import Basis, Rows, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system, joint_by_joint_gains
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
-from ident.estimation.rows import joint_rows
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, joint_rows, pair
 from ident.model.arm import Arm
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation

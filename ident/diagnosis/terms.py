@@ -13,8 +13,7 @@ from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.hypothesis import Alternative, Logs, as_logged, small
 from ident.diagnosis.models import COUPLED, Reference
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, Problem, joint_rows
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
 

@@ -26,7 +26,7 @@ from scipy.linalg import lapack
 from ident.estimation.blocks import flat, flipped
 from ident.estimation.estimate import GainSolution
 from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, of_changes, rms
-from ident.estimation.rows import OWN
+from ident.estimation.problem import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable

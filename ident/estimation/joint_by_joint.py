@@ -19,8 +19,7 @@ from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
 from ident.estimation.intervals import Basis, Rows, rms
-from ident.estimation.problem import NoOptions, Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, NoOptions, Problem, joint_rows
 from ident.model.structure import RANK_TOL, independent_columns
 from ident.numerics.least_squares import LeastSquares, least_squares
 from ident.payload.payload import KnownPayload

@@ -24,8 +24,7 @@ from ident.estimation.blocks import (
 )
 from ident.estimation.estimate import largest
 from ident.estimation.joint_by_joint import JointFit, joint_fit
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns, SharedParameters
+from ident.estimation.problem import Columns, Problem, SharedParameters
 from ident.estimation.sweep import Sweep
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable

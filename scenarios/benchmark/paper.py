@@ -23,8 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.joint_by_joint import joint_by_joint_gains
-from ident.estimation.problem import ObservedMotion, pair
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, ObservedMotion, pair
 from ident.model.parameters import INERTIAL
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper

@@ -31,8 +31,7 @@ from ident.diagnosis.terms import CENTRE, INERTIA, SHIFT, payload_errors
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.intervals import z_of
-from ident.estimation.problem import GainOptions, Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, GainOptions, Problem, joint_rows
 from ident.support.errors import NotIdentifiable
 
 

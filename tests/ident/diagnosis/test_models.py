@@ -12,7 +12,7 @@ from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.models import Reference, free_columns, reference
 from ident.estimation.intervals import BLOCKS
-from ident.estimation.rows import joint_rows
+from ident.estimation.problem import joint_rows
 from ident.model.parameters import STANDARD
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.recording import Recording

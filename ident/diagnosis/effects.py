@@ -185,7 +185,7 @@ class HeldOutEstimate:
         """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
         fit, rows = self.fit, self.solution.rows
         n, blocks = self.problem.structure.arm.n, fit.blocks
-        left = fit.held_residual.reshape(-1)[fit.place] / rows.weight
+        left = fit.layout.rows(fit.held_residual)[:, 0] / rows.weight
         squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
         np.add.at(squares, (rows.joint, fit.block), left**2)
         np.add.at(counts, (rows.joint, fit.block), 1.0)

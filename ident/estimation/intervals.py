@@ -78,6 +78,34 @@ class Basis:
         return found
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Places of the rows of all joints in arrays of shape (n, B, w, ..)."""
+
+    shape: tuple[int, int, int]  # n joints, B time blocks of all motions, w rows of the longest block
+    place: Indices  # place of each row, shape (r,)
+    counts: Indices  # number of rows of each joint, shape (n,)
+
+    @classmethod
+    def of(cls, n: int, joint: Indices, block: Indices, blocks: int) -> "Layout":
+        """Of rows by joint and time block, both of shape (r,)."""
+        group = joint * blocks + block
+        order, counts = np.argsort(group, kind="stable"), np.bincount(group, minlength=n * blocks)
+        width, place = int(counts.max(initial=1)), np.empty_like(group)
+        place[order] = group[order] * width + np.arange(len(group)) - (np.cumsum(counts) - counts)[group[order]]
+        return cls((n, blocks, width), place, np.sum(counts.reshape(n, blocks), axis=1))
+
+    def padded(self, x: Array) -> Array:
+        """From rows (r, m) to (n, B, w, m), padded with zeros."""
+        out = np.zeros((int(np.prod(self.shape)), x.shape[1]))
+        out[self.place] = x
+        return out.reshape(*self.shape, -1)
+
+    def rows(self, x: Array) -> Array:
+        """From (n, B, w, m) to rows (r, m)."""
+        return x.reshape(-1, x.shape[-1])[self.place]
+
+
 @dataclass(frozen=True, eq=False)
 class BlockedFit:
     """A fit of one joint or of all, and its predictions of each time block by fits to the other blocks.
@@ -107,29 +135,18 @@ class BlockedFit:
         return (given - self.Q.times(self.Q.against(given))).reshape(columns.shape)
 
     @cached_property
-    def width(self) -> int:
-        """Number of rows of the longest block, m."""
-        return max(1, int(np.bincount(self.block).max(initial=0)))
-
-    @cached_property
-    def place(self) -> Indices:
-        """Index of each row among blocks that are padded to the longest; rows of a block are contiguous, shape (r,)."""
-        place = np.empty(len(self.V), np.intp)
-        for b, rows in enumerate(self._by_block):
-            place[rows] = b * self.width + np.arange(len(rows))
-        return place
+    def layout(self) -> Layout:
+        """Places of the rows, of all joints together, by block."""
+        return Layout.of(1, np.zeros_like(self.block), self.block, self.blocks)
 
     @cached_property
     def _by_block(self) -> list[Indices]:
         """Indices of the rows of each block."""
-        order, counts = np.argsort(self.block, kind="stable"), np.bincount(self.block, minlength=self.blocks)
-        return np.split(order, np.cumsum(counts)[:-1])
+        return np.split(np.argsort(self.layout.place), np.cumsum(np.bincount(self.block, minlength=self.blocks))[:-1])
 
     def padded(self, x: Array) -> Array:
         """Rows (r, k) by block, shape (blocks, m, k)."""
-        out = np.zeros((self.blocks * self.width, x.shape[1]))
-        out[self.place] = x
-        return out.reshape(self.blocks, self.width, -1)
+        return self.layout.padded(x)[0]
 
     def predicted(self, left: Array) -> Array:
         """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
@@ -152,7 +169,7 @@ class BlockedFit:
 
     @property
     def _long(self) -> bool:
-        return self.width > 2 * self.Q.shape[1]
+        return self.layout.shape[2] > 2 * self.Q.shape[1]
 
     @cached_property
     def _others(self) -> Array:
@@ -161,7 +178,7 @@ class BlockedFit:
             of_blocks = (self.Q.at(rows) for rows in self._by_block)
             return readonly(np.linalg.inv([(1.0 + FREE_BLOCK) * np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks]))
         Q = self.padded(self.Q.at(np.arange(len(self.V))))
-        return readonly((1.0 + FREE_BLOCK) * np.eye(self.width) - Q @ Q.swapaxes(1, 2))
+        return readonly((1.0 + FREE_BLOCK) * np.eye(Q.shape[1]) - Q @ Q.swapaxes(1, 2))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -256,7 +273,7 @@ def held_out(rows: Rows, blocks: int = BLOCKS) -> tuple[Array, Indices]:
     """Return each row's residual in a fit without its time block, of so many of each motion, and its block, (r,)."""
     block = time_blocks(rows.motion, rows.position, blocks)
     fit = BlockedFit(rows.weight * rows.V, rows.weight * rows.residual, rows.explained, block, int(block.max()) + 1)
-    return readonly(fit.held_residual.reshape(-1)[fit.place] / rows.weight), block
+    return readonly(fit.layout.rows(fit.held_residual)[:, 0] / rows.weight), block
 
 
 TIME_BLOCKS = 5

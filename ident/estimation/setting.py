@@ -16,13 +16,13 @@ from ident.estimation.blocks import (
     NOTHING,
     ROUNDING,
     Blocks,
-    Layout,
     Own,
     flat,
     flipped,
     orthonormalising,
 )
 from ident.estimation.estimate import largest
+from ident.estimation.intervals import Layout, time_blocks
 from ident.estimation.joint_by_joint import JointFit, joint_fit
 from ident.estimation.problem import Columns, Problem, SharedParameters
 from ident.estimation.sweep import Sweep
@@ -139,7 +139,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     names, F = columns.friction(per_motion=per_motion)
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
     recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
-    layout = Layout.of(problem.structure.arm.n, columns.joint, columns.motion, columns.position)
+    block = time_blocks(columns.motion, columns.position)
+    layout = Layout.of(problem.structure.arm.n, columns.joint, block, int(block.max(initial=0)) + 1)
     kV = np.column_stack((k, columns.V))
     blocks = Blocks.of(layout, F, A, kV, np.hstack([kV[:, :0], *columns.W_L]))
     check_rows(blocks, blocks.own)

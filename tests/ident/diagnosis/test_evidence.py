@@ -100,9 +100,9 @@ def test_long_blocks_are_predicted_as_short_ones(rng):
     # (I - Q_b Q_b') times the held-out residual is the residual: of blocks of more than twice as many rows as columns.
     block = np.repeat(np.arange(3), (31, 9, 47))
     fit = free_fit(rng.normal(size=(87, 5)) * (0.3, 7.0, 2.0, 5.0, 11.0), rng.normal(size=87), block, 3)
-    assert fit.width > 2 * fit.Q.shape[1]
+    assert fit.layout.shape[2] > 2 * fit.Q.shape[1]
     x, Q = rng.normal(size=(87, 2)), fit.Q.at(np.arange(87))
-    found = fit.predicted(x).reshape(-1, 2)[fit.place]
+    found = fit.layout.rows(fit.predicted(x))
     for b in range(3):
         own = block == b
         np.testing.assert_allclose(found[own] - Q[own] @ (Q[own].T @ found[own]), x[own], rtol=0, atol=1e-12)

@@ -28,7 +28,8 @@ DEPENDENT_ALONE = 5e-15
 DEPENDENT_SHARED = 1e-10
 """Relative norm of the new part of a unit column below which a shared parameter is not identifiable."""
 NOTHING = 1e-10
-"""Norm of a column, relative to that on another joint or of another column, below which it is rounding error."""
+"""Norm of a column, relative to that on another joint or of another column, below which it is rounding error. The arm's
+structure cannot tell: columns of compliance and friction follow from torques of a motion, in which joints may rest."""
 SMALL_PIVOT = 1e-9
 """Relative pivot of cross products below which the columns are factorised instead."""
 ROUNDING = 1e-6

@@ -19,7 +19,7 @@ from ident.diagnosis.effects import (
     of_ratios,
     severity_of,
 )
-from ident.diagnosis.evidence import Evidence, log_density_improvement
+from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.lacks import from_mass_alone, lacks_of
@@ -37,7 +37,6 @@ from ident.diagnosis.search import (
     Fault,
     FirstOrder,
     Survey,
-    added,
     compared,
     direction_of,
     directions,
@@ -188,7 +187,7 @@ class _Known:
         if base.reestimate is None or not base.predicts:
             return
         choices = [*seen.directions, *base.payload_errors]
-        small = sorted(added(choices, base.each_added(choices, WORTH)), key=lambda each: each.gain)
+        small = sorted(base.each_added(choices, WORTH), key=lambda each: each.gain)
         if not any(each.alternative.at_fault and each.z > SHOWN for each in small):
             return
         open_to = [each for each in seen.directions if each.at_fault and not each.term and each.parameters == 1]
@@ -215,9 +214,9 @@ class _Known:
             score = scored_as(other.by_joint, alternative.hypothesis)
             return replace(found, u=log_density_improvement(given, score), score=score)
 
-        def change(found: Exact) -> Evidence | None:
+        def change(found: Exact) -> FirstOrder | None:
             further, other = direction_of(found), self.predicting(found)
-            return None if further is None or other is None else other.each_added([further])[0]
+            return None if further is None or other is None else next(iter(other.each_added([further])), None)
 
         first = np.clip(start.value, -limit, limit)
         best, moved = refined(start.alternative.at(first), compare, change, steps=STEPS, least=SETTLED, limit=limit)

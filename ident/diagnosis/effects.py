@@ -15,10 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
-from ident.diagnosis.evidence import TOGETHER, UNSEEN, Evidence, Fits, Score, each_added, fits_of
+from ident.diagnosis.evidence import TOGETHER, UNSEEN, Evidence, Fits, Score, each_added
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference, numbered_blocks
-from ident.diagnosis.search import Exact, FirstOrder
+from ident.diagnosis.search import Exact, FirstOrder, added
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.intervals import BLOCKS, BlockedFit, max_of_classical_and_jackknife
@@ -178,7 +178,7 @@ class HeldOutEstimate:
     @cached_property
     def fits(self) -> Fits:
         """The fit, prepared for comparisons."""
-        return fits_of([self.fit])
+        return Fits((self.fit,))
 
     @cached_property
     def by_joint(self) -> Score:
@@ -213,14 +213,14 @@ class HeldOutEstimate:
         """Improvements that were computed before."""
         return {}
 
-    def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
-        """Improvement by each of many directions, each added alone; None also for less than `worth`."""
+    def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[FirstOrder]:
+        """Improvement by each of many directions, each added alone, without those of less than `worth`."""
         new = [each for each in directions if (each, worth) not in self._known]
         count = max(1, 4 * TOGETHER // len(self.fit.V))  # long columns are only made when they are compared
         for some in (new[start : start + count] for start in range(0, len(new), count)):
             found = each_added(self.fits, [(self.weighted(each),) for each in some], worth)
             self._known.update(((each, worth), more) for each, more in zip(some, found, strict=True))
-        return [self._known[each, worth] for each in directions]
+        return added(directions, [self._known[each, worth] for each in directions])
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""

@@ -14,6 +14,7 @@ parameters.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import linalg
@@ -71,29 +72,28 @@ def log_density_improvement(given: Score, other: Score) -> Array:
     return np.where(np.repeat(shown, BLOCKS, axis=-1), 0.5 * gain, 0.0).sum(axis=-2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Fits:
     """Fits with common time blocks, prepared for held-out predictions."""
 
     # one per joint, or one of all joints together; None where there are fewer rows than unknowns:
     parts: tuple[BlockedFit | None, ...]
-    score: Score  # accuracy of each part's predictions
+
+    @cached_property
+    def score(self) -> Score:
+        """Accuracy of each part's predictions."""
+        blocks = max((each.blocks for each in self.parts if each is not None), default=0)
+        squares, rows = np.zeros((len(self.parts), blocks)), np.zeros((len(self.parts), blocks))
+        for k, each in enumerate(self.parts):
+            if each is not None:
+                squares[k] = np.sum(each.held_residual**2, axis=(1, 2))
+                rows[k] = np.bincount(each.block, minlength=blocks)
+        return Score(squares, rows)
 
     @property
     def sigma(self) -> Array:
         """Standard deviation of each part's held-out residuals [drive units], shape (parts,)."""
         return np.sqrt(self.score.variance)
-
-
-def fits_of(parts: Sequence[BlockedFit | None]) -> Fits:
-    """Return fits with their score."""
-    blocks = max((each.blocks for each in parts if each is not None), default=0)
-    squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
-    for k, each in enumerate(parts):
-        if each is not None:
-            squares[k] = np.sum(each.held_residual**2, axis=(1, 2))
-            rows[k] = np.bincount(each.block, minlength=blocks)
-    return Fits(tuple(parts), Score(squares, rows))
 
 
 UNSEEN = 1e-7

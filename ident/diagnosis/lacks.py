@@ -15,7 +15,7 @@ from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of
 from ident.diagnosis.evidence import Fits, log_density_improvement
 from ident.diagnosis.hypothesis import Alternative, Logs
-from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
+from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
 from ident.estimation.estimate import GainEstimate, GainSolution
 from ident.estimation.intervals import z_of
@@ -49,7 +49,7 @@ def lacks_of(
         base = base.beside(lack.best.alternative)
         open_ones.remove(lack.best.alternative)
     for each in believed:
-        for found in added([each], base.each_added([each])):
+        for found in base.each_added([each]):
             if found.z > SHOWN and beyond_prior(found):
                 yield of_lack(Lack(base, found, ()), names)
         base = base.beside(each)
@@ -76,7 +76,7 @@ def shown_beside(base: HeldOutEstimate, choices: Sequence[Alternative]) -> Itera
     """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
 
     def significant(base: HeldOutEstimate) -> list[FirstOrder]:
-        return [each for each in added(choices, base.each_added(choices, WORTH)) if each.within and each.z > SHOWN]
+        return [each for each in base.each_added(choices, WORTH) if each.within and each.z > SHOWN]
 
     return add_significant(base, significant, lambda base, found: base.beside(found.alternative))
 
@@ -95,8 +95,7 @@ def imitated(
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
         first_order = lack.model.each_added([each for each in choices if each.family == ELASTICITY])
-        elastic = [log_density_improvement(lack.model.by_joint, base.by_joint)]
-        elastic += [each.u for each in first_order if each is not None]
+        elastic = [log_density_improvement(lack.model.by_joint, base.by_joint), *(each.u for each in first_order)]
         if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.alternative.at_fault:
             return
         yield lack
@@ -148,7 +147,7 @@ def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
         return False
     of_joints = zip(*(each.columns for each in own), strict=True)
     columns = (np.hstack(each) if each[0] is not None else None for each in of_joints)
-    (together,) = base.each_added([replace(own[0], columns=tuple(columns))])
+    together = next(iter(base.each_added([replace(own[0], columns=tuple(columns))])), None)
     if together is None or z_of(together.u) < SHOWN - 1.0:
         return False
     return other is None or float(np.sum(together.u - other.best.u)) > 0.0

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ident.diagnosis.evidence import Fits, fits_of, free_fit
+from ident.diagnosis.evidence import Fits, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.intervals import BLOCKS, BlockedFit
 from ident.estimation.problem import OWN, Columns, Problem
@@ -47,7 +47,7 @@ def free_fits(problem: Problem, rows: Sequence[Columns], terms: Sequence[Array |
             W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
             fitted = free_fit(W, own.V, fitted.block, blocks)
         parts.append(fitted)
-    return fits_of(parts)
+    return Fits(tuple(parts))
 
 
 def numbered_blocks(problem: Problem, motion: Indices, position: Indices) -> Indices:

@@ -289,7 +289,7 @@ def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact
 def refined(
     first: Alternative,
     compare: Callable[[Alternative], Exact | None],
-    change: Callable[[Exact], Evidence | None],
+    change: Callable[[Exact], Evidence | FirstOrder | None],
     *,
     steps: int,
     least: float,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.diagnosis.evidence import Evidence, Fits, Score, each_added, fits_of, free_fit
+from ident.diagnosis.evidence import Evidence, Fits, Score, each_added, free_fit
 from ident.diagnosis.evidence import log_density_improvement as improvement
 from ident.diagnosis.hypothesis import scored_as
 from ident.diagnosis.models import numbered_blocks
@@ -43,7 +43,7 @@ class Made:
     @property
     def fits(self) -> Fits:
         parts = zip(self.W, self.V, self.block, strict=True)
-        return fits_of([free_fit(*each, 2 * BLOCKS) if len(each[1]) > 3 else None for each in parts])
+        return Fits(tuple(free_fit(*each, 2 * BLOCKS) if len(each[1]) > 3 else None for each in parts))
 
     def squares(self, columns: list[np.ndarray | None]) -> np.ndarray:
         """Sums of squares of joints 1 and 3 in each block, by a fit without it; columns share coefficients."""
@@ -111,7 +111,7 @@ def test_long_blocks_are_predicted_as_short_ones(rng):
 def test_a_joint_with_dependent_columns_is_predicted_as_without_them(made):
     W, V, block = made.W[0], made.V[0], made.block[0]
     doubled = np.column_stack((W, W[:, 0] - 3.0 * W[:, 2], np.zeros(len(V))))
-    plain, other = (fits_of([free_fit(each, V, block, 40)]).score.squares for each in (W, doubled))
+    plain, other = (Fits((free_fit(each, V, block, 40),)).score.squares for each in (W, doubled))
     np.testing.assert_allclose(other, plain, rtol=1e-6)  # a prior of 1e-9 on each of unit columns
 
 
@@ -156,7 +156,7 @@ def test_columns_that_the_model_knows_add_nothing(made):
         assert added(made.fits, columns) is None
 
     for unit in (1e-5, 1e5):  # of the currents
-        fits = fits_of([free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS)])
+        fits = Fits((free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS),))
         assert added(fits, [known[0] + made.columns[0][:, :1]]) is not None
         assert added(fits, [known[0]]) is None
 

@@ -275,7 +275,8 @@ def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
     likely += [(each.alternative.at(each.value), SETTLED) for each in shown if each not in slight][:LOOKED_AT]
-    found = {key: _scored(seen.logs, each) for key, each in seen.exact.items()}
+    given, found = seen.logs.fits.score, dict[object, Exact]()  # with terms that were added to the model
+    found |= {key: replace(each, u=log_density_improvement(given, each.score)) for key, each in seen.exact.items()}
     for each, least in likely:
         if each.key in seen.exact:
             continue
@@ -332,12 +333,7 @@ def direction_of(found: Exact) -> Alternative | None:
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:
     """Evaluate an alternative exactly; None if the logs cannot be filtered under its hypothesis."""
     try:
-        score = read_as(logs, alternative.hypothesis).fits.score
+        score = scored_as(read_as(logs, alternative.hypothesis).fits.score, alternative.hypothesis)
     except IdentificationError:
         return None
-    return _scored(logs, Exact(alternative, np.empty(0), logs, scored_as(score, alternative.hypothesis)))
-
-
-def _scored(logs: Logs, found: Exact) -> Exact:
-    """An alternative compared with the logs as they are, or with terms added to their model."""
-    return replace(found, u=log_density_improvement(logs.fits.score, found.score))
+    return Exact(alternative, log_density_improvement(logs.fits.score, score), logs, score)

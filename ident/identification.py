@@ -30,17 +30,7 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
-from ident.preparation import (
-    DOUBTED,
-    REPORTED,
-    Examined,
-    Policy,
-    Prepared,
-    joined,
-    prepare,
-    raise_for,
-    refusal_of,
-)
+from ident.preparation import DOUBTED, REPORTED, Examined, Policy, Prepared, joined, prepare, raise_for, refusal_of
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, MaskedArray
 from ident.support.display import Displayed

@@ -28,11 +28,7 @@ ANOTHER = "the payload is not as specified: its centre of mass, its inertia or i
 
 
 def lacks_of(
-    base: HeldOutEstimate,
-    small: Sequence[Alternative],
-    logs: Logs,
-    *,
-    stiff: GainSolution | None,
+    base: HeldOutEstimate, small: Sequence[Alternative], logs: Logs, *, stiff: GainSolution | None
 ) -> Iterator[Diagnosis]:
     """Return effects that an estimate lacks, of the competing directions `small`, the one that explains most first.
 
@@ -40,18 +36,17 @@ def lacks_of(
     with an estimate that cannot be repeated. Elastic joints may imitate faults: `stiff` is the solution with rigid
     ones, None skips it.
     """
-    names = logs.names
     believed = [each for each in base.payload_errors if each.prior_std is not None]
     open_ones = [*small, *(each for each in base.payload_errors if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
-        yield of_lack(lack, names)
+        yield of_lack(lack, logs.names)
         base = base.beside(lack.best.alternative)
         open_ones.remove(lack.best.alternative)
     for each in believed:
         for found in base.each_added([each]):
             if found.z > SHOWN and beyond_prior(found):
-                yield of_lack(Lack(base, found, ()), names)
+                yield of_lack(Lack(base, found, ()), logs.names)
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
@@ -59,7 +54,7 @@ def lacks_of(
     if wrong is not None:
         yield wrong
         return
-    found = [of_lack(each, names) for each in lacks]
+    found = [of_lack(each, logs.names) for each in lacks]
     yield from found
     if base.reestimate is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)

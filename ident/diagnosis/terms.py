@@ -32,10 +32,7 @@ MESSAGES = {
     ),
     "friction law": ("the friction law of the model does not fit", "choose a friction law that fits (nls, friction)"),
     "friction drift": ("friction changes within the logs", WARM_UP),
-    CURRENT_DRIFT: (
-        "the currents' scale drifts within the log",
-        f"{WARM_UP}; magnets weaken with temperature",
-    ),
+    CURRENT_DRIFT: ("the currents' scale drifts within the log", f"{WARM_UP}; magnets weaken with temperature"),
     OFFSET: (
         "the currents are offset from those of the first log",
         f"{WARM_UP}, and zero the current sensors once for all logs",

@@ -244,7 +244,9 @@ def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
     for k, joints in product(_later(logs), ((), *((j,) for j in range(logs.structure.arm.n)))):
         columns = reference.within(reference.explained, (k,), joints or None)
-        yield small(scaled(logs, (k,), joints, 1.0), columns, largest=LARGEST_SCALE)
+        found = scaled(logs, (k,), joints, 1.0)  # in a linear model the factor is exactly 1 + x
+        found = found.of_size(1.0, "", lambda x, k=k, own=joints: scaled(logs, (k,), own, 1.0 + float(x[0])))
+        yield small(found, columns, largest=LARGEST_SCALE)
 
 
 def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
@@ -266,7 +268,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         family=SIGN if scale < 0.0 else "current scale", parameter="current scale",
         words=in_logs(words, scope, logs.names), joints=joints, logs=scope,
         hypothesis=logs.given.changed(scope, v_factor=factor), advice=advice, value=scale, unit="",
-        refined=lambda more: scaled(logs, scope, joints, scale * (1.0 + float(more[0]))),
+        refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),
     )  # fmt: skip
 
 

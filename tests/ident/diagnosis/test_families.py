@@ -264,7 +264,7 @@ def test_steps_of_a_size_add_up(sound):
     ratio = arm_faults.shared(sound, 2, 1, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(ratio.hypothesis.transmission, [[1, 0, 0], [0, 1, 0], [0, 0.41, 1]], rtol=1e-12)
     scaled = column_faults.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
-    np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 / 1.1], rtol=1e-12)
+    np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
     longer = arm_faults.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))  # never negative
     np.testing.assert_allclose(longer.hypothesis.length_factors, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12)
 

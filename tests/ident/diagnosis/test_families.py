@@ -35,7 +35,7 @@ def test_ratios_and_counts_that_all_joints_share_are_read_if_positions_are_beyon
     assert not [each for each in column_faults.units(replace(logs, recordings=sound.recordings)) if each.value]
 
 
-@pytest.mark.parametrize(("joint", "ratio"), [(2, -63.0), pytest.param(1, 101.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("joint", "ratio"), [(2, -63.4), (0, 2037.3), pytest.param(1, 101.0, marks=pytest.mark.slow)])
 def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(sound, joint, ratio):
     wrong = tuple(changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in sound.recordings)
     of_a_ratio = (each for each in column_faults.units(replace(sound, recordings=wrong)) if each.value is not None)

@@ -1,8 +1,8 @@
 """Two models of the currents that logs are compared with: each joint alone, and all joints at once.
 
 The free model checks logs. The unknowns of joint j are its base parameters, common to all logs; friction and offset of
-each log; ten payload parameters of every mounting but the first; and friction laws of real drives. It uses no gain and
-no specified payload, so an error of these cannot be mistaken for a fault of the logs.
+each log; ten payload parameters of every mounting, less one if no log is bare; and friction laws of real drives. It uses
+no gain and no specified payload, so an error of these cannot be mistaken for a fault of the logs.
 
 The reference gives the change of the currents by small faults, to first order. All joints are fitted at once with
 viscous and Coulomb friction and rigid joints (`ident.estimation.all_joints`), free payloads and the gain of one joint
@@ -64,12 +64,11 @@ def free_columns(problem: Problem, rows: Columns) -> Array:
     """Columns of the model of a joint's currents, shape (r, p)."""
     drifting = rows.of_parameter(*OWN, *COUPLED)
     later = [rows.W[:, drifting] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
-    first = problem.motions[0].payload
-    payloads = [W_L for W_L, payload in zip(rows.W_L, problem.payloads, strict=True) if payload is not first]
     laws, speed = list[Array](), rows.own("Fv")
     if speed.any():  # friction that grows less than linearly with speed, or differs between directions
         share = np.where(rows.weight > 0.0, rows.weight, 1.0)
         laws = [np.cbrt(speed / share) * share, np.abs(speed)]
+    payloads = rows.W_L[1:] if rows.loaded.all() else rows.W_L  # one acts like the last link
     return np.column_stack((rows.W, *later, *payloads, *laws))
 
 
@@ -148,14 +147,14 @@ def _row_filter(behind: FullRate) -> sparse.csr_array:
 
 
 def reference(problem: Problem) -> Reference | None:
-    """Fit all joints, the first mounting as bare, others unknown; None if that fails, as for logs of another arm."""
+    """Fit all joints, with unknown payloads; None if the fit fails, as for logs of another arm."""
     if any(motion.observation.full_rate is None for motion in problem.motions):
         return None
-    first = problem.motions[0].payload
-    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
-    unknown = (replace(motion, payload=others.get(id(motion.payload))) for motion in problem.motions)
+    first = problem.motions[0].payload  # the others, bare or not, differ from this mounting by an unknown payload
+    others = {id(each.payload): Payload(1.0, known="none") for each in problem.motions if each.payload is not first}
+    unknown = tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
     try:
-        ready = setting(replace(problem, motions=tuple(unknown)), per_motion=True, prior_std=PRIOR_STD, given=None)
+        ready = setting(replace(problem, motions=unknown), per_motion=True, prior_std=PRIOR_STD, given=None)
         fitted = fit(ready, {}, None)
     except IdentificationError:
         return None

@@ -52,7 +52,19 @@ def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
     logs = logs_of(Truth(), payloads=(None, BRICK, BRICK))
     problems = (problem_of(axes, logs, (None, BRICK, other)) for other in (BRICK, twin))
     shared, own = (free_columns(problem, joint_rows(problem, 1)).shape[1] for problem in problems)
+    loaded = problem_of(axes, logs[1:], (BRICK, twin))  # one of two is as good as the last link
     assert own - shared == 10
+    assert shared - free_columns(loaded, joint_rows(loaded, 1)).shape[1] == 3  # friction of a third log
+
+
+def test_a_log_with_a_payload_may_come_before_the_bare_one(axes, sound, fit):
+    turned = doubted(axes, sound.recordings[::-1], (BRICK, None))
+    squares = np.roll(turned.fits.score.squares, BLOCKS, axis=1)
+    np.testing.assert_allclose(squares, sound.fits.score.squares, rtol=1e-4)  # but for the weak prior of each column
+    other = reference(turned.problem).fitted
+    np.testing.assert_allclose(other.cost, fit.fitted.cost, rtol=1e-6)
+    payloads = [each.payload and each.payload.known for each in other.ready.problem.motions]
+    assert payloads == [None, "none"]
 
 
 def test_friction_in_proportion_to_the_motors_torque_is_no_fault_of_a_log(axes):

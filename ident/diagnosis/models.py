@@ -1,8 +1,8 @@
 """Two models of the currents that logs are compared with: each joint alone, and all joints at once.
 
 The free model checks logs. The unknowns of joint j are its base parameters, common to all logs; friction and offset of
-each log; ten payload parameters of every mounting, less one if no log is bare; and friction laws of real drives. It uses
-no gain and no specified payload, so an error of these cannot be mistaken for a fault of the logs.
+each log; ten payload parameters of every mounting, without a bare log but one; and friction laws of real drives. It
+uses no gain and no specified payload, so an error of these cannot be mistaken for a fault of the logs.
 
 The reference gives the change of the currents by small faults, to first order. All joints are fitted at once with
 viscous and Coulomb friction and rigid joints (`ident.estimation.all_joints`), free payloads and the gain of one joint

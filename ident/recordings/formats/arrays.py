@@ -145,7 +145,7 @@ def open_parquet(path: Path, _: LogDescription) -> Table:
 
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     with readable("a readable Parquet file"):
-        file = pq.ParquetFile(path)
+        file = pq.ParquetFile(path, page_checksum_verification=True)
         first = next(file.iter_batches(batch_size=1), None) if any(map(_is_list, file.schema_arrow.types)) else None
 
     def read(names: Sequence[str]) -> "pa.Table":

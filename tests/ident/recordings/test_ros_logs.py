@@ -156,21 +156,33 @@ def test_a_damaged_file_is_one_line(tmp_path, storage, ending):
     unread("not a readable ROS 2 bag or MCAP file", bag, DESCRIPTION)
 
 
-LIMITS = {
-    "formats.MOST_VALUES": (10 * N + 9, 10 * N + 8, f"{10 * N + 9} numbers; up to {10 * N + 8} are read"),
-    "formats.ros.LARGEST_CHUNK": (10**7, 3000, r"a chunk of 0\.0.* MB; up to 0\.003 are read"),
-}
+LIMITS = [
+    ("formats.MOST_VALUES", "storage", 10 * N + 9, 10 * N + 8, f"{10 * N + 9} numbers; up to {10 * N + 8} are read"),
+    ("formats.ros.LARGEST_CHUNK", "storage", 10**5, 3000, r"more than 0\.003 MB unpacked"),
+    ("formats.ros.LARGEST_CHUNK", "message", 3000, 150, r"more than 0\.00015 MB unpacked"),
+]
 
 
-@pytest.mark.parametrize("limit", LIMITS)
-def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit):
+@pytest.mark.parametrize(("limit", "compressed", "enough", "few", "said"), LIMITS)
+def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit, compressed, enough, few, said):
     jaws = [Sample(stamp=1.0, names=(f"jaw_{k}",), position=(0.1,)) for k in range(3)]  # three numbers each
-    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], compressed="storage")
-    enough, few, message = LIMITS[limit]
+    storage = "mcap" if compressed == "storage" else "sqlite3"
+    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], storage=storage, compressed=compressed)
     monkeypatch.setattr(f"ident.recordings.{limit}", enough)
     assert_read(bag)
     monkeypatch.setattr(f"ident.recordings.{limit}", few)
-    unread(message, bag, DESCRIPTION)
+    unread(said, bag, DESCRIPTION)
+
+
+def test_what_an_mcap_file_says_of_the_size_of_a_chunk_is_not_believed(tmp_path, monkeypatch):
+    bag = write_bag(tmp_path / "bag", samples(), compressed="storage")
+    content = (bag / "bag.mcap").read_bytes()
+    chunk = content.index(b"\x06", 40)  # after the header
+    size = chunk + 25  # of its code, length and times
+    assert int.from_bytes(content[size : size + 8], "little") > 3000
+    (bag / "bag.mcap").write_bytes(content[:size] + (17).to_bytes(8, "little") + content[size + 8 :])
+    monkeypatch.setattr("ident.recordings.formats.ros.LARGEST_CHUNK", 3000)
+    unread("unpacked; take a part of it", bag, DESCRIPTION)
 
 
 def test_messages_whose_numbers_do_not_fit_their_joints_are_refused(tmp_path):

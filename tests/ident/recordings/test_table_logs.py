@@ -184,6 +184,23 @@ def test_more_numbers_than_are_plausible_are_refused_before_they_are_read(tmp_pa
             read_recording(tmp_path / f"log.{name}")
 
 
+def test_what_a_row_holds_is_measured_before_it_is_read(tmp_path, monkeypatch):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.create_dataset("wide", (700_000,), dtype=np.dtype([("a", "f8", (90,)), ("b", "i4", (3,))]))  # not written
+    unread("64050000 numbers", tmp_path / "log.h5")
+    nested = '{"t": ' + "[" * 1001 + "]" * 1001 + "}"
+    (tmp_path / "log.jsonl").write_text('{"t": 3}\n' + nested)
+    unread("line 2 has more than 1000 arrays or objects", tmp_path / "log.jsonl")
+    columns = {"t": T[:2], "pos": pa.array([[0.3] * 10_001, [0.2] * 10_003]), "cur": pa.array(["3", "5"])}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    monkeypatch.setattr("pyarrow.parquet.ParquetFile.iter_batches", None)
+    unread("column pos has more than 10000 numbers in a row", tmp_path / "log.parquet")
+    pq.write_table(pa.table({**columns, "pos": T[:2]}), tmp_path / "log.parquet")
+    monkeypatch.setattr("pyarrow.parquet.ParquetFile.read", None)
+    described_so = replace(described(["t=t[s]", "q=pos[rad]", "v=cur[A]"]), signal="current")
+    unread("column cur is string, expected numbers", tmp_path / "log.parquet", described_so)
+
+
 def test_a_log_without_times_has_those_of_its_stated_rate(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     (tmp_path / "log.toml").write_text('signal = "current"\n[t]\nrate_hz = 40\n')

@@ -45,8 +45,8 @@ NO_CURRENT = (POSITION, ".velocity", ".acceleration")
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
 """Largest size of a file [bytes]; chunks are read one at a time."""
-CHUNK = 6
-"""Code of the records of an MCAP file that hold others, compressed."""
+HEADER, CHUNK = 1, 6
+"""Codes of records of an MCAP file: the first one, and those that hold others, compressed."""
 LARGEST_CHUNK = 100_000_000
 """Largest size of an unpacked chunk or message [bytes]; writers begin a new one after some megabytes."""
 
@@ -106,7 +106,7 @@ def open_ros(path: Path, description: LogDescription) -> Table:
 
 
 def _check_chunks(path: Path) -> None:
-    """Refuse an MCAP file with a chunk of more than `LARGEST_CHUNK` unpacked, which the library unpacks whole."""
+    """Refuse an MCAP file not of ROS 2, or with a chunk of more than `LARGEST_CHUNK`, which is unpacked whole."""
     import lz4.frame
     from rosbags.rosbag2.storage_mcap import zstd
 
@@ -116,6 +116,9 @@ def _check_chunks(path: Path) -> None:
         while len(head := file.read(9)) == 9:
             kind, size = struct.unpack("<BQ", head)
             end = file.tell() + size
+            if kind == HEADER and file.read(8)[4:] != b"ros2":  # a length, and the profile
+                advice = "write its messages as JSON lines, such as by `mcap cat --json`, and name that file .jsonl"
+                raise RecordingError(f"an MCAP file of other messages than those of ROS 2; {advice}")
             if kind == CHUNK:
                 *_, length = struct.unpack("<QQQII", file.read(32))  # of the name of the compression
                 if compression := opened.get(file.read(length)):

@@ -1,6 +1,7 @@
 """Bags and MCAP files written by `rosbags` are read back by joints' names, whatever their storage."""
 
 import re
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -131,10 +132,12 @@ def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
         writer.write(topic, 1, STORE.serialize_cdr(text, "std_msgs/msg/String"))
     with Writer(tmp_path / "silent", version=9) as writer:
         writer.add_connection("/joint_states", KIND, typestore=STORE)
+    (tmp_path / "other.mcap").write_bytes(b"\x89MCAP0\r\n\x01" + struct.pack("<QI4sI", 12, 4, b"ros1", 0))
     (tmp_path / "old.bag").write_bytes(b"#ROSBAG V2.0\n")
     for name, said in {
         "texts": r"no topic of .*JointState; there are /chatter \(std_msgs/msg/String\)",
         "silent": "topic /joint_states has no message",
+        "other.mcap": "of other messages than those of ROS 2; write its messages as JSON lines",
         "old.bag": r"old\.bag: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert",
         ".": "is a folder; expected a regular file",
     }.items():

@@ -79,7 +79,7 @@ def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
             yield finding(None, "gain outlier", sentence, advice, joints=(j,), value=ratio, unit="times")
     for j in range(len(estimate.joints)):
         percent = 100.0 * (estimate.residual_share(j) or 0.0)
-        if percent > 100.0 * LARGE_RESIDUAL:
+        if percent * max(lagged(estimate.solution.rows, j, 2), 0.0) ** 0.5 > 100.0 * LARGE_RESIDUAL:  # noise is white
             sentence = f"joint {j + 1}: {percent:.0f} % of the current is not explained by the model"
             advice = "check that the model is of this robot, with its couplings, friction and base"
             yield finding(None, "residual", sentence, advice, joints=(j,), value=percent, unit="%")
@@ -101,7 +101,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     if not estimate.identified:
         return None
     plain, aware = np.diag(classical(solution.rows, solution.influence)), estimate.covariance
-    verb, advice = "is", "the interval already accounts for it; a longer motion narrows it"
+    verb, advice = "is", None  # the interval accounts for it
     if estimate.options.uncertainty == "classical":  # for white residuals
         verb, advice = "would be", "the interval does not account for it; omit --uncertainty"
         aware = max_of_classical_and_jackknife(solution.rows, solution.influence)
@@ -110,18 +110,18 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     size = float(ratio[place[worst]])
     return finding(
         None, "autocorrelation",
-        f"joint {worst + 1}: the residuals' autocorrelation is {lag_one(solution.rows, worst):z.2f} at lag 1; the "
+        f"joint {worst + 1}: the residuals' autocorrelation is {lagged(solution.rows, worst, 1):z.2f} at lag 1; the "
         f"standard deviation that accounts for it {verb} {size:.2g} times that of white residuals",
         advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 
 
-def lag_one(rows: Rows, joint: int) -> float:
-    """Correlation of a joint's residual with that of the next row."""
+def lagged(rows: Rows, joint: int, lag: int) -> float:
+    """Correlation of a joint's residual with that of a later row; of white currents it is at most 0 from lag 2."""
     at = np.flatnonzero(rows.joint == joint)
-    follows = (np.diff(rows.motion[at]) == 0) & (np.diff(rows.position[at]) == 1)
-    residual = rows.residual[at]
-    here, there = residual[:-1][follows], residual[1:][follows]
+    place = rows.motion[at] * (int(rows.position.max()) + lag + 1) + rows.position[at]
+    _, first, second = np.intersect1d(place + lag, place, assume_unique=True, return_indices=True)
+    here, there = rows.residual[at][first], rows.residual[at][second]
     size = float(np.linalg.norm(here) * np.linalg.norm(there))
     return float(here @ there) / size if size > 0.0 else 0.0
 
@@ -220,16 +220,13 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
         unbiased = instrumental_gains(problem).identified
     except IdentificationError:
         return
-    effects, doubted = list[Effect](), list[Effect]()
+    effects = list[Effect]()
     for j, mine in near.items():
         if (other := unbiased.get(j)) is not None:
-            moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
-            effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
-            if abs(moved) > 2.0 * spread or share[j] > 1.0:
-                doubted.append(effects[-1])
-    wrong = severity_of(effects) is Severity.WRONG
-    if wrong or doubted:  # less may be chance, or the other model
-        own = effects if wrong else doubted
+            moved = mine.value / other.value - 1.0
+            if abs(moved) > 2.0 * np.hypot(claimed(mine), claimed(other)) or share[j] > 1.0:
+                effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / claimed(mine)))
+    if effects:  # less may be chance, or the other model
         behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
         lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
         steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
@@ -237,8 +234,8 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
         noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
         cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
         yield Diagnosis(
-            name="encoder noise", severity=Severity.WRONG if wrong else Severity.WEAK,
-            sentence=f"{cause}{consequence(own)}", cause=cause, effects=tuple(own),
+            name="encoder noise", severity=max(Severity.WEAK, severity_of(effects), key=list(Severity).index),
+            sentence=f"{cause}{consequence(effects)}", cause=cause, effects=tuple(effects),
             advice=f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate",
         )  # fmt: skip
 

@@ -31,9 +31,12 @@ from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
 from ident.estimation.estimators.iv import instrumental_gains
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.rows import joint_rows
 from ident.estimation.sweep import inertia_matrices
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
+from ident.model.structure import RANK_TOL, Structure
 from ident.numerics.least_squares import column_space
+from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
@@ -47,6 +50,7 @@ FAR = 100.0
 SURE_LOAD_Z = 10.0
 """Number of standard deviations of 1/g from zero beyond which the sign from the load is significant; every identified
 gain exceeds it."""
+ENCODER_NOISE = "encoder noise"
 MUCH = 2.0
 """Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
 
@@ -227,17 +231,34 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
             if abs(moved) > 2.0 * np.hypot(claimed(mine), claimed(other)) or share[j] > 1.0:
                 effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / claimed(mine)))
     if effects:  # less may be chance, or the other model
-        behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
-        lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
-        steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
-        step, j = max(steps, default=(0.0, 0))
-        noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
-        cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
+        cause, advice = noisy_positions(problem)
         yield Diagnosis(
-            name="encoder noise", severity=max(Severity.WEAK, severity_of(effects), key=list(Severity).index),
+            name=ENCODER_NOISE, severity=max(Severity.WEAK, severity_of(effects), key=list(Severity).index),
             sentence=f"{cause}{consequence(effects)}", cause=cause, effects=tuple(effects),
-            advice=f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate",
+            advice=advice,
         )  # fmt: skip
+
+
+def noisy_positions(problem: Problem) -> tuple[str, str]:
+    """What is wrong with positions whose noise matters, in words, and the remedy."""
+    behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
+    lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
+    steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
+    step, j = max(steps, default=(0.0, 0))
+    noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
+    cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
+    return cause, f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate"
+
+
+def noise_in_currents(problem: Problem, joint: int) -> float:
+    """Variance of the currents of a joint, from 0, that a fit of this joint alone has from noise of accelerations."""
+    structure, rows = problem.structure, joint_rows(problem, joint)
+    alone, chi = structure.joint_independent[joint], np.zeros(structure.base.regrouping.shape[1])
+    x = np.linalg.lstsq(np.hstack((rows.W, rows.carried)), rows.V, rcond=RANK_TOL)[0]
+    chi[structure.base.columns[alone]] = x[: len(alone)]
+    chi[structure.payload_columns] += x[len(alone) :]
+    logs = [each.observation.full_rate for each in problem.motions]
+    return max(float(noise_torque(structure, each, chi)[joint]) if each else 0.0 for each in logs)
 
 
 def noise_in_load(motion: ObservedMotion) -> Array:
@@ -246,11 +267,17 @@ def noise_in_load(motion: ObservedMotion) -> Array:
     structure, behind = observation.structure, observation.full_rate
     if motion.payload is None or behind is None:
         return np.zeros(structure.arm.n)
-    part, log = motion.payload.known_part(), behind.recording
+    part = motion.payload.known_part()
     known, chi = part.chi * part.mask, np.zeros(structure.base.regrouping.shape[1])
     chi[structure.payload_columns] = known
-    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
-    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
-    noise = squared @ (behind.noise / (2.0 * log.period) * unit**2)
+    noise = noise_torque(structure, behind, chi)
     load = np.array([np.var(each.W_L @ known) for each in observation.joints])
     return np.divide(noise, load, out=np.zeros_like(noise), where=load > 0.0)
+
+
+def noise_torque(structure: Structure, behind: FullRate, chi: Array) -> Array:
+    """Variance of the torques of an arm with standard parameters `chi` by noise of the accelerations, shape (n,)."""
+    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
+    log = behind.recording
+    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
+    return squared @ (behind.noise / (2.0 * log.period) * unit**2)

@@ -15,6 +15,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
 from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.gain_checks import ENCODER_NOISE, noise_in_currents, noisy_positions
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.models import FreeModel
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
@@ -26,6 +27,8 @@ from ident.support.errors import IdentificationError
 
 Estimate = Callable[[Problem], GainEstimate]
 """Function that estimates gains from a problem."""
+MAINLY = 0.5
+"""Share of a variance that explains it."""
 MOST = 3
 """Largest number of effects that one estimate lacks."""
 ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
@@ -177,9 +180,14 @@ def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool)
     most = float(times[worst])  # significant in a long log even if small
     size = f"{two_digits(most)} times as large as"
     size = f"{two_digits(100.0 * (most - 1.0))} % larger than" if most < 2.0 else size
-    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone; no known cause explains the "
+    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone"
+    name, cause = "unexplained", "no known cause explains the difference"
+    advice = "check that the model, the payload and all logs are of one robot"
+    more = base.by_joint.variance[worst] - free.fits.score.variance[worst]
+    if 0.0 < MAINLY * more < noise_in_currents(base.problem, worst):
+        name, (cause, advice) = ENCODER_NOISE, noisy_positions(base.problem)
     yield finding(
-        None, "unexplained", f"{sentence}difference", "check that the model, the payload and all logs are of one robot",
+        None, name, f"{sentence}; {cause}", advice,
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
         joints=range(len(times)) if beside_faults else (worst,), value=most, unit="times",
     )  # fmt: skip

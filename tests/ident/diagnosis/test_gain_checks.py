@@ -9,7 +9,7 @@ from consistency_logs import LOOSE, all_joints, changed, identified, joint_by_jo
 from estimates import gain_estimate
 from exact import GAIN as EXACT_GAIN
 from exact import exact_problem
-from known_logs import BRICK, mounted
+from known_logs import BRICK, mounted, torque, with_payload
 from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, three_axes
 
@@ -27,6 +27,7 @@ from ident.diagnosis.gain_checks import (
     lagged,
     link_mass_consistency,
     link_weights,
+    noise_in_currents,
     noise_in_load,
 )
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
@@ -202,10 +203,22 @@ def test_the_share_of_noise_in_a_load_is_that_of_logs_without_it(axes, encoder):
     chi = np.zeros(axes.base.regrouping.shape[1])
     chi[axes.payload_columns] = standard_parameters(BRICK.mass, BRICK.com, BRICK.inertia)
     added = noisy.recorded.ddq - quiet.recorded.ddq
-    torque = inverse_dynamics(axes.arm, chi, q, still, added) - inverse_dynamics(axes.arm, chi, q, still, still)
+    moment = inverse_dynamics(axes.arm, chi, q, still, added) - inverse_dynamics(axes.arm, chi, q, still, still)
     load = [np.var(each.W_L @ chi[axes.payload_columns]) for each in noisy.joints]
     # Noise density, and mean square over about 600 independent values and some 50 poses: 15 %.
-    np.testing.assert_allclose(noise_in_load(ObservedMotion(noisy, BRICK)), np.mean(torque**2, axis=0) / load, rtol=0.3)
+    np.testing.assert_allclose(noise_in_load(ObservedMotion(noisy, BRICK)), np.mean(moment**2, axis=0) / load, rtol=0.3)
+
+
+def test_the_noise_in_currents_is_that_of_the_accelerations_through_arm_and_payload(axes):
+    logs, quiet = (logs_of(Truth(), encoder=each) for each in (1e-4, 0.0))
+    added = list[np.ndarray]()
+    for model, *pair in zip((three_axes(), with_payload(three_axes(), BRICK)), logs, quiet, strict=True):
+        noisy, still = (observe(each, axes, ObserveOptions()).recorded for each in pair)
+        zero, step = np.zeros_like(still.q), noisy.ddq - still.ddq
+        added.append(np.var((torque(model, still.q, zero, step) - torque(model, still.q, zero, zero)) / GAIN, axis=0))
+    problem = problem_of(axes, logs)
+    found = [noise_in_currents(problem, joint) for joint in range(3)]
+    np.testing.assert_allclose(found, np.max(added, axis=0), rtol=0.3)  # as above
 
 
 def test_only_what_is_known_of_a_payload_is_a_load(axes):

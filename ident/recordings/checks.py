@@ -200,10 +200,9 @@ def foreign_unit(q: Array) -> float:
 def _answered(spikes: Sequence[tuple[Mask, Array]], recording: Recording) -> list[bool]:
     """Return for each joint whether the spikes of its current follow encoder steps, as a response of the controller.
 
-    `spikes` are those of `_many_spikes`. All of a joint follow steps; or, of a log that is thinned, the direction of
-    most depends on that of the last step: on average over both signs of the current, as spikes to zero or to a limit
-    have the direction of a current, which friction gives that of the motion. All joints have one kind of controller, so
-    the probability of this by chance is that of all together.
+    All of a joint do (`spikes` by `_many_spikes`); or, of a thinned log, the direction of most depends on that
+    of the last step, separately for both signs of the current, as faults may have the direction of a current, and
+    currents that of the motion. All joints have one kind of controller: the probability by chance is that of all.
     """
     answers, log_chance = list[bool](), 0.0
     for (mask, near), q, v in zip(spikes, recording.q.T, recording.v.T, strict=True):
@@ -216,12 +215,10 @@ def _answered(spikes: Sequence[tuple[Mask, Array]], recording: Recording) -> lis
         all_follow = int(mask.sum()) * float(np.log(follow.mean())) if follow[mask].all() else 0.0
         at = np.flatnonzero(mask & follow)
         cases = 4 * (near[at] > 0.0) + 2 * (step[last[at]] > 0.0) + (v[at] > near[at])
-        counts = np.bincount(cases, minlength=8).reshape(2, 2, 2).astype(np.float64)
-        sums = counts.sum(axis=(1, 2), keepdims=True)
-        alone = counts.sum(axis=1, keepdims=True) * counts.sum(axis=2, keepdims=True) / np.maximum(sums, 1.0)
-        some = counts > 0.0
-        depends = -float(np.sum(counts[some] * np.log(counts[some] / alone[some])))  # likelihood ratio of independence
-        answers.append(follow[mask].all() or depends < np.log(CHANCE))
+        counts = np.bincount(cases, minlength=8).reshape(2, 2, 2) + 1e-9  # 0 log 0 is 0
+        free = counts.sum(1, keepdims=True) * counts.sum(2, keepdims=True) / counts.sum((1, 2), keepdims=True)
+        depends = -float(np.sum(counts * np.log(counts / free)))  # likelihood ratio of independence
+        answers.append(bool(follow[mask].all() or depends < np.log(CHANCE)))
         log_chance += min(all_follow, depends)
     return [each and log_chance < float(np.log(CHANCE)) for each in answers]
 

@@ -114,7 +114,7 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
     def read(names: Sequence[str]) -> "pa.Table":
         return table.select(list(names))
 
-    return arrow_table(table.schema, table[:1], read)
+    return arrow_table(table.schema, lambda name: len(table[name][0].as_py() or ()), read)
 
 
 def frame_table(frame: DataFrame) -> Table:
@@ -159,31 +159,20 @@ def open_parquet(path: Path, _: LogDescription) -> Table:
         parts = [group.column(k) for group in groups for k in range(group.num_columns)]
         return sum(part.num_values for part in parts if f"{part.path_in_schema}.".startswith(f"{name}."))
 
-    lists = [field.name for field in file.schema_arrow if _is_list(field.type)]
-    if wide := next((name for name in lists if values(name) > MOST_COLUMNS * file.metadata.num_rows), None):
-        raise RecordingError(f"column {one_line(wide)} has more than {MOST_COLUMNS} numbers in a row")
-    with readable("a readable Parquet file"):
-        first = next(file.iter_batches(batch_size=1, columns=lists), None) if lists else None
-
     def read(names: Sequence[str]) -> "pa.Table":
         check_size(sum(map(values, names)))
         with readable("a readable Parquet file"):
             return file.read(columns=list(names))
 
-    return arrow_table(file.schema_arrow, first, read)
+    return arrow_table(file.schema_arrow, lambda name: round(values(name) / max(1, file.metadata.num_rows)), read)
 
 
-def arrow_table(
-    schema: "pa.Schema", first: "pa.RecordBatch | pa.Table | None", read: "Callable[[Sequence[str]], pa.Table]"
-) -> Table:
-    """Return the table of columns of Arrow; the first row has the widths of columns of arrays."""
+def arrow_table(schema: "pa.Schema", width: Callable[[str], int], read: "Callable[[Sequence[str]], pa.Table]") -> Table:
+    """Return the table of columns of Arrow; `width` is the number of entries of a row, of a column of arrays."""
     import pyarrow as pa
 
-    widths = dict[str, int | None]()
-    for field in schema:
-        cell = first.column(field.name)[0].as_py() if first and _is_list(field.type) else None
-        fixed = field.type.list_size if isinstance(field.type, pa.FixedSizeListType) else len(cell or ())
-        widths[field.name] = fixed if _is_list(field.type) else None
+    lists = {field.name: getattr(field.type, "list_size", 0) for field in schema if _is_list(field.type)}
+    widths = {name: lists[name] or width(name) if name in lists else None for name in schema.names}
 
     def arrays(names: Sequence[str], dated: Set[str]) -> Mapping[str, np.ndarray]:
         for name in names:
@@ -213,13 +202,11 @@ def _numbers(name: str, column: "pa.ChunkedArray") -> np.ndarray:
         import pyarrow.compute as pc
 
         lengths = np.array(pc.list_value_length(column).to_pylist(), np.float64)  # NaN for a missing row
-        odd = np.flatnonzero(~(lengths == lengths[:1]))
-        if len(odd):
-            raise RecordingError(
-                f"column {one_line(name)}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has"
-            )
+        width = int(np.fmax.reduce(lengths, initial=getattr(kind, "list_size", 0)))
+        if (odd := lengths != width).any():
+            row = int(odd.argmax()) + 1
+            raise RecordingError(f"column {one_line(name)}: row {row} does not have {width} numbers, as others have")
         flat = pa.chunked_array([chunk.flatten() for chunk in column.chunks], kind.value_type)
-        width = int(lengths[0]) if len(lengths) else getattr(kind, "list_size", 0)
         return _numbers(name, flat).reshape(len(lengths), width)
     if isinstance(kind, pa.DictionaryType):
         column, kind = column.cast(kind.value_type), kind.value_type

@@ -167,14 +167,13 @@ def study_folder(
 
 def _record(path: Path) -> dict[str, Any]:
     try:
-        record: Any = without_digest(json.loads(path.read_text(encoding="utf-8")), path)
-        if isinstance(record["trials"], int):
-            return record
-    except ScenarioError:
-        raise
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise ScenarioError(f"{path}: not the record of a study; use another --out")
+        stated = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        stated = None
+    record: Any = without_digest(stated, path)
+    if not isinstance(record, dict) or not isinstance(record.get("trials"), int):
+        raise ScenarioError(f"{path}: not the record of a study; use another --out")
+    return record
 
 
 def _first_difference(there: object, here: object, place: str) -> str | None:

@@ -28,7 +28,7 @@ from ident.support.options import keys_of
 from scenarios.rendering.result import to_json, with_digest, without_digest
 from scenarios.results.problem_folder import GivenProblem, read_json
 from scenarios.support.errors import ScenarioError
-from scenarios.support.texts import schema_line, toml_value
+from scenarios.support.texts import toml_value
 from scenarios.support.versions import versions
 from sim.tables import Table, validated_table
 
@@ -306,7 +306,7 @@ def gains_text(file: GainsFile, ending: str) -> str:
             continue
         for each in own:
             tables += ["", head, *(f"{name} = {toml_value(inner)}" for name, inner in each.items())]
-    return "\n".join([schema_line("gains"), *plain, *tables]) + "\n"
+    return "\n".join([*plain, *tables]) + "\n"
 
 
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:

@@ -56,8 +56,13 @@ MUCH = 2.0
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
-    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
+    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains.
+
+    The residual of a joint whose gain encoder noise moves has that cause.
+    """
     found = [each for each in (*gain_diagnoses(estimate), autocorrelation(estimate)) if each is not None]
+    noisy = {each.joint for cause in causes.diagnoses if cause.name == ENCODER_NOISE for each in cause.effects}
+    found = [each for each in found if each.name != "residual" or noisy.isdisjoint(each.joints)]
     refuses = causes.severity is Severity.WRONG
     return Diagnosed(diagnoses=tuple(each for each in found if not refuses or each.severity is Severity.WRONG))
 

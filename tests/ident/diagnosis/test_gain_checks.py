@@ -14,7 +14,7 @@ from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, three_axes
 
 from ident.diagnosis import gain_checks
-from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
 from ident.diagnosis.gain_checks import (
     FACTOR,
     FAR,
@@ -29,6 +29,7 @@ from ident.diagnosis.gain_checks import (
     link_weights,
     noise_in_currents,
     noise_in_load,
+    symptoms,
 )
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate
@@ -85,14 +86,22 @@ def test_a_joint_whose_current_is_badly_explained_is_named():
     own = rows.joint == 1
     size = float(np.sqrt(np.mean(rows.V[own] ** 2)))
 
-    def badly(share: float, signs: tuple[int, ...] = (1,)) -> list[tuple[tuple[int, ...], object]]:
+    def badly(share: float, signs: tuple[int, ...] = (1,), noisy: int = 0) -> list[tuple[tuple[int, ...], object]]:
+        known = Diagnosis(
+            name="encoder noise",
+            severity=Severity.WEAK,
+            sentence="",
+            effects=(Effect(joint=noisy, percent=3.0, deviations=2.0),),
+        )
         left = replace(rows, residual=np.where(own, share * size * np.resize(signs, len(own)), 0.01))
-        found = gain_diagnoses(replace(given, solution=replace(given.solution, rows=left)))
-        return [(each.joints, each.value) for each in found if each.name == "residual"]
+        off = replace(given, solution=replace(given.solution, rows=left))
+        found = symptoms(off, Diagnosed(diagnoses=(known,)))
+        return [(each.joints, each.value) for each in found.diagnoses if each.name == "residual"]
 
     share = 1.01 * LARGE_RESIDUAL
     assert badly(0.99 * LARGE_RESIDUAL) == []
     assert badly(share) == [((1,), pytest.approx(100.0 * share, rel=1e-9))]
+    assert badly(share, noisy=1) == []
     assert badly(0.7, signs=(2, 1, -1)) == []  # as noise, a row is unlike the second one after it
 
 

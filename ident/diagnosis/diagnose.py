@@ -20,7 +20,7 @@ from ident.diagnosis.effects import (
     severity_of,
 )
 from ident.diagnosis.evidence import log_density_improvement
-from ident.diagnosis.gain_checks import encoder_noise
+from ident.diagnosis.gain_checks import ENCODER_NOISE, encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.lacks import from_mass_alone, lacks_of
 from ident.diagnosis.limits import bounds, limits_of
@@ -100,7 +100,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         stiff = None if elastic else base.solution.stiff
         diagnoses += lacks_of(base, seen.directions, logs, stiff=stiff)
     if estimate is not None:
-        diagnoses += encoder_noise(logs.problem, estimate)
+        noise = list(encoder_noise(logs.problem, estimate))
+        diagnoses = [each for each in diagnoses if not noise or each.name != ENCODER_NOISE] + noise
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     diagnosed = Diagnosed() if spoilt else limits_of(seen, base)  # with a fault, exclusions are not valid
     return replace(diagnosed, diagnoses=worst_first(diagnoses))

@@ -14,6 +14,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of
 from ident.diagnosis.evidence import Fits, log_density_improvement
+from ident.diagnosis.gain_checks import ENCODER_NOISE, noise_in_currents, noisy_positions
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
@@ -22,6 +23,8 @@ from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 
+MAINLY = 0.5
+"""Share of a variance that explains it."""
 MOST = 3
 """Largest number of effects that one estimate lacks."""
 ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
@@ -162,9 +165,14 @@ def _unexplained(base: HeldOutEstimate, free: Fits, *, beside_faults: bool) -> I
     most = float(times[worst])  # significant in a long log even if small
     size = f"{two_digits(most)} times as large as"
     size = f"{two_digits(100.0 * (most - 1.0))} % larger than" if most < 2.0 else size
-    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone; no known cause explains the "
+    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone"
+    name, cause = "unexplained", "no known cause explains the difference"
+    advice = "check that the model, the payload and all logs are of one robot"
+    more = base.by_joint.variance[worst] - free.score.variance[worst]
+    if 0.0 < MAINLY * more < noise_in_currents(base.problem, worst):
+        name, (cause, advice) = ENCODER_NOISE, noisy_positions(base.problem)
     yield finding(
-        None, "unexplained", f"{sentence}difference", "check that the model, the payload and all logs are of one robot",
+        None, name, f"{sentence}; {cause}", advice,
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
         joints=range(len(times)) if beside_faults else (worst,), value=most, unit="times",
     )  # fmt: skip

@@ -352,7 +352,9 @@ def test_gains_from_the_mass_alone_are_estimated_only_where_centre_and_inertia_t
     assert [may_be(*each) for each in given] == [False, False, False, True, True]
 
 
-def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):
+def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(
+    axes, monkeypatch
+):
     logs = [logs_of(Truth())[0], logs_of(Truth(Fc=(11.0, 10.5, 5.0)))[1]]
     problem = problem_of(axes, logs)
     estimate = all_joints_gains(problem, replace(PLAIN, friction_per_motion=False))
@@ -365,6 +367,13 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     assert f"the residual of joint 2 is {two_digits(times)} times as large" in said.sentence
     (beside,) = _unexplained(base, free.fits, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
+    # Noise of the positions explains it if it makes more than half of the difference.
+    more = (base.by_joint.variance - free.fits.score.variance)[1]
+    for share, name in ((0.51, "encoder noise"), (0.49, "unexplained")):
+        monkeypatch.setattr(lacks, "noise_in_currents", lambda _, joint, part=share: part * more * (joint == 1))
+        (known,) = _unexplained(base, free, beside_faults=False)
+        assert known.name == name
+        assert ("the positions are too noisy for a low-pass at 15 Hz" in known.sentence) == (name == "encoder noise")
     score = replace(base.by_joint, squares=base.by_joint.squares / 1.03**2)  # what a log shows by its length alone
     (slight,) = _unexplained(base, SimpleNamespace(score=score, sigma=free.fits.sigma), beside_faults=False)
     assert "is 3 % larger than in a fit" in slight.sentence

@@ -86,7 +86,7 @@ def test_json_of_a_run_keeps_the_contract(tmp_path, capsys):
     folder = tmp_path / "deep" / "er"
     result = printed(capsys, "result", ["run", "nominal", "--seed", "5", "--save", str(folder)])
     assert json.loads((folder / "result.json").read_text()) == result
-    assert (folder / "payload.toml").read_text().startswith("#:schema ")
+    assert "://" not in (folder / "payload.toml").read_text()  # no path of the machine
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]
     kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "cost", "sources", "mass"]

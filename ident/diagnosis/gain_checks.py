@@ -30,8 +30,7 @@ from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
 from ident.estimation.estimators.iv import instrumental_gains
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
-from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.rows import joint_rows
+from ident.estimation.problem import ObservedMotion, Problem, joint_rows
 from ident.estimation.sweep import inertia_matrices
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
 from ident.model.structure import RANK_TOL, Structure

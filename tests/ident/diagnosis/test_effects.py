@@ -371,7 +371,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     more = (base.by_joint.variance - free.fits.score.variance)[1]
     for share, name in ((0.51, "encoder noise"), (0.49, "unexplained")):
         monkeypatch.setattr(lacks, "noise_in_currents", lambda _, joint, part=share: part * more * (joint == 1))
-        (known,) = _unexplained(base, free, beside_faults=False)
+        (known,) = _unexplained(base, free.fits, beside_faults=False)
         assert known.name == name
         assert ("the positions are too noisy for a low-pass at 15 Hz" in known.sentence) == (name == "encoder noise")
     score = replace(base.by_joint, squares=base.by_joint.squares / 1.03**2)  # what a log shows by its length alone

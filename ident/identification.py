@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from threadpoolctl import threadpool_limits
 
 from ident.diagnosis.diagnose import diagnose, lacking
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits, worst_first
-from ident.diagnosis.effects import NO_RESULT
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, finding, two_digits, worst_first
+from ident.diagnosis.effects import NO_RESULT, Estimate
 from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
 from ident.diagnosis.hypothesis import beyond_limits
-from ident.diagnosis.lacks import Estimate
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import (
     advice_on_units,
@@ -31,17 +30,7 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
-from ident.preparation import (
-    DOUBTED,
-    REPORTED,
-    Examined,
-    Policy,
-    Prepared,
-    joined,
-    prepare,
-    raise_for,
-    refusal_of,
-)
+from ident.preparation import DOUBTED, REPORTED, Examined, Policy, Prepared, joined, prepare, raise_for, refusal_of
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, MaskedArray
 from ident.support.display import Displayed
@@ -287,20 +276,13 @@ def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
     found, name = [*(each for own in log.diagnoses.values() for each in own), *log.repairs], log.recording.name
     if log.unfit is not None:
         sentence = f"the log cannot be filtered: {log.unfit.reason}"
-        found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(name,)))
+        found.append(finding(name, "filters", sentence, severity=Severity.WRONG))
     beyond = sorted({j for part in log.repaired for j in beyond_limits(structure.arm, part)})
     if beyond:
         listed = ", ".join(f"q{j + 1}" for j in beyond)
-        found.append(
-            Diagnosis(
-                name="joint limits",
-                severity=Severity.WRONG,
-                sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
-                advice=advice_on_units(log.recording),
-                joints=tuple(beyond),
-                logs=(name,),
-            )
-        )
+        sentence = f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits"
+        advice = advice_on_units(log.recording)
+        found.append(finding(name, "joint limits", sentence, advice, severity=Severity.WRONG, joints=beyond))
     return found
 
 

@@ -21,8 +21,7 @@ from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import DEFAULT
 from ident.estimation.intervals import TIME_BLOCKS, JointPrediction, cross_validated
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
-from ident.estimation.problem import GainOptions, ObservedMotion
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, GainOptions, ObservedMotion
 from ident.identification import Identification, doubts, estimate_by
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions

@@ -15,13 +15,14 @@ OBJECTS = 200_000
 
 def main() -> int:
     """Run the command line in a separate process."""
-    gc.set_threshold(OBJECTS)
-    own_packages_first()
-    import warnings  # after the import path is settled
-
     try:
+        gc.set_threshold(OBJECTS)
+        own_packages_first()
+        import warnings  # after the import path is settled
+
         from scenarios.cli import main as command_line
     except KeyboardInterrupt:
+        sys.stderr.write("rx90: stopped\n")
         sys.exit(130)  # `Status.INTERRUPTED`, before it can be imported
 
     for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then

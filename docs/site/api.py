@@ -31,7 +31,6 @@ MODULES = {
         "Write an estimator": (
             "estimation.estimators",
             "estimation.problem",
-            "estimation.rows",
             "estimation.joint_by_joint",
             "estimation.intervals",
         ),

@@ -73,10 +73,8 @@ def small_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
         for j in range(max(0, -beside), arm.n - max(0, beside)):
             if arm.revolute[j] == arm.revolute[j + beside]:
                 reach = max(float(np.abs(log.q[:, j + beside]).max()) for log in logs.recordings)
-                yield small(
-                    lambda value, j=j, beside=beside: shared(logs, j, j + beside, float(value[0])),
-                    [each[:, j : j + 1] for each in moved], scale=100.0, largest=LARGEST_ANGLE / max(reach, STILL),
-                )  # fmt: skip
+                columns, largest = [each[:, j : j + 1] for each in moved], LARGEST_ANGLE / max(reach, STILL)
+                yield small(shared(logs, j, j + beside, 0.0), columns, scale=100.0, largest=largest)
 
 
 def shared(logs: Logs, motor: int, joint: int, share: float) -> Alternative:
@@ -138,7 +136,7 @@ def small_tilts(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """The base tilted slightly about two horizontal axes."""
     if logs.structure.arm.gravity.any():
         columns = reference.change(lambda along: -along.by(Dynamics.tilted))
-        yield small(lambda value: tilted(logs, value), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
+        yield small(tilted(logs, np.zeros(2)), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
 
 
 def tilted(logs: Logs, turn: Array) -> Alternative:
@@ -186,10 +184,7 @@ def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     for which in _lengths_of(logs):
         own = slice(None) if which is None else slice(which, which + 1)
         columns = [each[:, own].sum(axis=1, keepdims=True) for each in longer]
-        yield small(
-            lambda value, which=which: lengthened(logs, which, float(np.exp(value[0]))), columns,
-            scale=100.0, largest=LARGEST_LENGTH,
-        )  # fmt: skip
+        yield small(lengthened(logs, which, 1.0), columns, scale=100.0, largest=LARGEST_LENGTH)
 
 
 def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:

@@ -56,8 +56,7 @@ def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     moved = reference.change(lambda along: -along.by(Dynamics.misplaced)[:, :, : arm.n])
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
         yield small(
-            lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
-            reference.within([each[:, k : k + 1] for each in moved], scope),
+            turned(logs, k, scope, 1.0, 0.0), reference.within([each[:, k : k + 1] for each in moved], scope),
             scale=180.0 / np.pi if arm.revolute[k] else 1e3, largest=LARGEST_ANGLE,
         )  # fmt: skip
 
@@ -99,7 +98,7 @@ def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
         apart = (every,) if n > 1 and len(scope) < len(logs.recordings) else ()
         for joints in ((), *((j,) for j in range(n)), *apart):
             yield small(
-                lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
+                late(logs, scope, joints, np.zeros(max(1, len(joints)))),
                 reference.within(each_own if len(joints) > 1 else together, scope, joints or None),
                 scale=1e3, largest=LARGEST_DELAY,
             )  # fmt: skip
@@ -197,10 +196,8 @@ def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Clocks that run slightly slower."""
     slower = reference.change(lambda along: along.slowed_down())
     for scope in scopes(len(logs.recordings)):
-        yield small(
-            lambda value, scope=scope: timed(logs, scope, float(np.exp(value[0]))),
-            reference.within(slower, scope), scale=100.0, largest=LARGEST_CLOCK,
-        )  # fmt: skip
+        columns = reference.within(slower, scope)
+        yield small(timed(logs, scope, 1.0), columns, scale=100.0, largest=LARGEST_CLOCK)
 
 
 def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
@@ -243,10 +240,10 @@ def scales(logs: Logs) -> Iterator[Alternative]:
 def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
     for k, joints in product(_later(logs), ((), *((j,) for j in range(logs.structure.arm.n)))):
-        yield small(
-            lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
-            reference.within(reference.explained, (k,), joints or None), largest=LARGEST_SCALE,
-        )  # fmt: skip
+        columns = reference.within(reference.explained, (k,), joints or None)
+        found = scaled(logs, (k,), joints, 1.0)  # in a linear model the factor is exactly 1 + x
+        found = found.of_size(1.0, "", lambda x, k=k, own=joints: scaled(logs, (k,), own, 1.0 + float(x[0])))
+        yield small(found, columns, largest=LARGEST_SCALE)
 
 
 def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
@@ -283,10 +280,10 @@ def scale_losses(logs: Logs, joint: int, k: int) -> Array:
 
     The other logs have a common variance: in one sum of squares the part with larger units would dominate.
     """
-    held = logs.model.fits.parts[joint]
+    held = logs.fits.parts[joint]
     if held is None:
         return np.zeros(len(SCALES))
-    own = (logs.model.rows[joint].motion == k).astype(np.float64)
+    own = (logs.rows[joint].motion == k).astype(np.float64)
     V, share = held.V, float(own.mean())
     other, mine = held.without(V * (1.0 - own)), held.without(V * own)
     a, b = other * (1.0 - own), mine * (1.0 - own)  # rows of the other logs: a + b / s

@@ -4,7 +4,6 @@ Severity follows from two numbers: z, the significance, and the effect on each g
 """
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,19 +11,18 @@ import numpy as np
 from ident.diagnosis.column_faults import SIGN, scaled
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.effects import (
+    Estimate,
     HeldOutEstimate,
     between,
-    by_least_squares,
     diagnosis_of,
     of_currents,
     of_ratios,
     severity_of,
-    stated,
 )
-from ident.diagnosis.evidence import Evidence, log_density_improvement, z_of
-from ident.diagnosis.gain_checks import encoder_noise
+from ident.diagnosis.evidence import log_density_improvement
+from ident.diagnosis.gain_checks import ENCODER_NOISE, encoder_noise
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
-from ident.diagnosis.lacks import Estimate, from_mass_alone, lacks_of
+from ident.diagnosis.lacks import from_mass_alone, lacks_of
 from ident.diagnosis.limits import bounds, limits_of
 from ident.diagnosis.models import reference
 from ident.diagnosis.plausibility import opposed
@@ -39,7 +37,6 @@ from ident.diagnosis.search import (
     Fault,
     FirstOrder,
     Survey,
-    added,
     compared,
     direction_of,
     directions,
@@ -50,29 +47,23 @@ from ident.diagnosis.search import (
 )
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
-from ident.support.errors import IdentificationError
 
 DELAY = "delay"
 STEPS = 5
 """Largest number of further estimates that refine the size of a fault that only gains reveal."""
-WITH_RATIO = 2
-"""Largest number of faults that begin with a ratio of all joints, which explains impossible positions alone or not."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
     """Compare logs and an estimate with every alternative; `reestimate` gives the effect of large faults."""
     seen = survey(logs)
-    base = None if estimate is None or not by_least_squares(estimate) else stated(logs.problem, estimate)
-    known = None if estimate is None else _Known(estimate, base, reestimate)
+    known = None if estimate is None else _Known(HeldOutEstimate(logs.problem, estimate, reestimate))
+    base = known.base if known is not None and known.base.predicts else None
     found = list(faults(seen) if known is None else faults(seen, known.confirms, known.harmless))
     read_as.cache_clear()  # of long logs, each interpretation has a hundred megabytes
     of_logs = [each for each in found if isinstance(each.best, Exact)]
-    impossible = bool(joints_beyond_limits(logs))
-    ratio = bool(of_logs) and of_logs[0].best.alternative.key == ("ratio", (), logs.every)
-    if impossible and len(of_logs) > (WITH_RATIO if ratio else MOST - 1):  # they are not what is wrong
-        of_logs, found = [], list[Fault]()
-    if known is not None and not of_logs and not impossible:
+    if known is not None and not of_logs and not joints_beyond_limits(logs):
         of_logs = [*known.beyond_first_order(seen)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     signs = {each.alternative.joints for each in seen.gross if each.alternative.family == SIGN and not each.excluded}
@@ -98,18 +89,19 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         if own is not None:
             fit = reference(last.read.problem)
             after = Survey(last.read, fit, tuple(directions(fit, last.read)))
-            further = [*_Known(own.estimate, own, known.reestimate).beyond_first_order(after)]
+            further = [*_Known(own).beyond_first_order(after)]
             diagnoses += [_of_fault(each, after, known) for each in further]
             if not further:
-                stiff, model = own.estimate.solution.stiff, last.read.model
-                diagnoses += lacks_of(own, after.directions, logs.names, model, known.reestimate, stiff=stiff)
+                stiff = own.estimate.solution.stiff
+                diagnoses += lacks_of(own, after.directions, last.read, stiff=stiff)
     else:
         # from the logs alone: nothing imitates it
         elastic = any(each.best.alternative.family == ELASTICITY for each in found)
         stiff = None if elastic else base.solution.stiff
-        diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
+        diagnoses += lacks_of(base, seen.directions, logs, stiff=stiff)
     if estimate is not None:
-        diagnoses += encoder_noise(logs.problem, estimate)
+        noise = list(encoder_noise(logs.problem, estimate))
+        diagnoses = [each for each in diagnoses if not noise or each.name != ENCODER_NOISE] + noise
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     diagnosed = Diagnosed() if spoilt else limits_of(seen, base)  # with a fault, exclusions are not valid
     return replace(diagnosed, diagnoses=worst_first(diagnoses))
@@ -122,11 +114,11 @@ def horizon(logs: Logs) -> Diagnosed:
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     """What the model of an estimate lacks, if the logs are trusted."""
-    if not by_least_squares(estimate):
+    base = HeldOutEstimate(problem, estimate)
+    if not base.predicts:
         return Diagnosed()
     small = directions(reference(logs.problem), logs)
-    base = stated(problem, estimate)
-    return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
+    return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs, stiff=base.solution.stiff)))
 
 
 def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
@@ -138,7 +130,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
     first = next((each for each in faults(seen) if isinstance(each.best, Exact)), None)
     if first is None:
         own = [each for each in seen.directions if each.key == (DELAY, (), logs.every)]
-        limits = [size for size in bounds(seen.logs.model.fits, own) if size is not None]
+        limits = [size for size in bounds(seen.logs.fits, own) if size is not None]
         shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
         return 0.0, Diagnosis(name=DELAY, sentence=f"no delay of the currents detected; {shown}", asked=True)
     assert isinstance(first.best, Exact), "a fault of the logs"
@@ -162,29 +154,26 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
 class _Known:
     """What is known of the gains."""
 
-    now: GainEstimate  # the estimate
-    base: HeldOutEstimate | None  # the same, prepared for predictions, None if its rows have no influence
-    reestimate: Estimate | None  # repeats the estimate with other logs
+    base: HeldOutEstimate  # the estimate
     # estimates under hypotheses so far, None for those that failed:
     others: dict[Alternative, GainEstimate | None] = field(default_factory=dict[Alternative, "GainEstimate | None"])
 
     def of(self, found: Exact) -> GainEstimate | None:
         """Return the estimate under a hypothesis, computed once; None if it fails."""
-        if self.reestimate is not None and found.alternative not in self.others:
-            self.others[found.alternative] = None
-            with suppress(IdentificationError):
-                self.others[found.alternative] = self.reestimate(found.read.problem)
-        return self.others.get(found.alternative)
+        if found.alternative not in self.others:
+            self.others[found.alternative] = self.base.again(found.read.problem)
+        return self.others[found.alternative]
 
     def predicting(self, found: Exact) -> HeldOutEstimate | None:
-        """The same, prepared for predictions; None also if its rows have no influence."""
+        """The same, prepared for predictions; None also if it does not predict."""
         other = self.of(found)
-        return None if other is None or not by_least_squares(other) else stated(found.read.problem, other)
+        known = None if other is None else HeldOutEstimate(found.read.problem, other, self.base.reestimate)
+        return known if known is not None and known.predicts else None
 
     def confirms(self, found: Exact) -> bool:
         """Whether a fault improves the predictions of the estimate, which needs less motion than the free model."""
         other = self.predicting(found)
-        if self.base is None or other is None:
+        if not self.base.predicts or other is None:
             return True
         read = scored_as(other.by_joint, found.alternative.hypothesis)
         return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
@@ -195,41 +184,40 @@ class _Known:
         An example is the scale of one log, which friction imitates if the payload is unknown. It must predict better
         than any fault or term to first order, and than a payload of known mass alone.
         """
-        base, reestimate = self.base, self.reestimate
-        if base is None or reestimate is None:
+        base = self.base
+        if base.reestimate is None or not base.predicts:
             return
         choices = [*seen.directions, *base.payload_errors]
-        small = sorted(added(choices, base.each_added(choices, WORTH)), key=lambda each: each.gain)
+        small = sorted(base.each_added(choices, WORTH), key=lambda each: each.gain)
         if not any(each.alternative.at_fault and each.z > SHOWN for each in small):
             return
         open_to = [each for each in seen.directions if each.at_fault and not each.term and each.parameters == 1]
         own = [each for each in small if each.alternative in open_to]
-        unbounded = zip(own, bounds(seen.logs.model.fits, [each.alternative for each in own]), strict=True)
+        unbounded = zip(own, bounds(seen.logs.fits, [each.alternative for each in own]), strict=True)
         best_of = {one.alternative.family: one for one, size in unbounded if size is None and one.z > SHOWN - 1.0}
         likely = sorted(best_of.values(), key=lambda each: -each.gain)[:LOOKED_AT]
         found = [exact for each in likely if (exact := self._far(seen.logs, each)) is not None]
         best = max(found, key=lambda each: each.gain, default=None)
         if best is not None and best.z > SHOWN:
-            within, other = [each for each in small if each.within], from_mass_alone(base, reestimate)
+            within, other = [each for each in small if each.within], from_mass_alone(base)
             rivals = [*(each.u for each in within), *([] if other is None else [other[1]])]
             if all(float(np.sum(best.u - each)) > 0.0 for each in rivals):
                 yield Fault(seen, best, tuple(each for each in within if z_of(best.u - each.u) < TIE))
 
     def _far(self, logs: Logs, start: FirstOrder) -> Exact | None:
         """The estimate under a fault, with the size that fits best; None if the first order is valid for it."""
-        assert self.base is not None, "asked of what the estimate lacks"
         given, limit = self.base.by_joint, start.alternative.largest
 
         def compare(alternative: Alternative) -> Exact | None:
-            found = Exact(alternative, np.empty(0), logs, logs.model.fits.score)
+            found = Exact(alternative, np.empty(0), logs, logs.fits.score)
             if (other := self.predicting(found)) is None:
                 return None
             score = scored_as(other.by_joint, alternative.hypothesis)
             return replace(found, u=log_density_improvement(given, score), score=score)
 
-        def change(found: Exact) -> Evidence | None:
+        def change(found: Exact) -> FirstOrder | None:
             further, other = direction_of(found), self.predicting(found)
-            return None if further is None or other is None else other.each_added([further])[0]
+            return None if further is None or other is None else next(iter(other.each_added([further])), None)
 
         first = np.clip(start.value, -limit, limit)
         best, moved = refined(start.alternative.at(first), compare, change, steps=STEPS, least=SETTLED, limit=limit)
@@ -237,15 +225,15 @@ class _Known:
 
     def harmless(self, found: FirstOrder) -> bool:
         """Whether a fault changes no gain noticeably, to first order, so that it is left to what the estimate lacks."""
-        return self.base is not None and found.within and severity_of(tuple(self.effects(found))) is Severity.GOOD
+        return self.base.predicts and found.within and severity_of(tuple(self.effects(found))) is Severity.GOOD
 
     def effects(self, found: Exact | FirstOrder) -> Iterator[Effect]:
         """Error of the gains due to a fault of the logs, or to a term that the model lacks."""
         if isinstance(found, FirstOrder):
-            if self.base is not None:
+            if self.base.predicts:
                 yield from self.base.effects(self.base.stacked(found.alternative.columns) @ found.value)
         elif (other := self.of(found)) is not None:
-            yield from between(self.now, other)
+            yield from between(self.base.estimate, other)
 
 
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:

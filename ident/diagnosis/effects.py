@@ -7,23 +7,25 @@ on the gains follows from the influence of each row:
     error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
-from ident.diagnosis.evidence import BLOCKS, TOGETHER, UNSEEN, Evidence, Fits, FreeFit, Score, each_added, fits_of
+from ident.diagnosis.evidence import TOGETHER, UNSEEN, Evidence, Fits, Score, each_added
 from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.models import Reference, numbered_blocks
-from ident.diagnosis.search import Exact, FirstOrder
+from ident.diagnosis.search import Exact, FirstOrder, added
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
-from ident.estimation.intervals import max_of_classical_and_jackknife
+from ident.estimation.intervals import BLOCKS, BlockedFit, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
 """Relative part of the influence outside the column space; larger for instruments and total least squares than for
@@ -64,8 +66,8 @@ def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
 def of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
-    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    left, still = before.model.fits.score.variance, found.read.model.fits.score.variance
+    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.rows])
+    left, still = before.fits.score.variance, found.read.fits.score.variance
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
     for j, share in zip(order, lost, strict=True):
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
@@ -132,26 +134,63 @@ def diagnosis_of(
     )  # fmt: skip
 
 
+Estimate = Callable[[Problem], GainEstimate]
+"""Function that estimates gains from a problem."""
+
+
 @dataclass(frozen=True, eq=False)
 class HeldOutEstimate:
     """An estimate, prepared for held-out predictions."""
 
     problem: Problem  # motions and payloads
     estimate: GainEstimate  # the estimate from them
-    solution: GainSolution  # its solution, or that of the same model with rigid joints
-    fit: FreeFit  # the solution's rows of all joints, in units of each joint's residual
+    reestimate: Estimate | None = None  # repeats the estimate with other logs
+    other: GainSolution | None = None  # another solution of the same joints, None for that of the estimate
+
+    @property
+    def solution(self) -> GainSolution:
+        """The solution that predicts."""
+        return self.other or self.estimate.solution
+
+    @cached_property
+    def fit(self) -> BlockedFit:
+        """The rows of all joints, in units of each joint's residual."""
+        rows, problem = self.solution.rows, self.problem
+        block, blocks = numbered_blocks(problem, rows.motion, rows.position), BLOCKS * len(problem.motions)
+        return BlockedFit(rows.weight * rows.V, rows.weight * rows.residual, rows.explained, block, blocks)
+
+    def again(self, problem: Problem) -> GainEstimate | None:
+        """The estimate from another problem; None if it cannot be repeated, or fails."""
+        with suppress(IdentificationError):
+            return None if self.reestimate is None else self.reestimate(problem)
+
+    @cached_property
+    def predicts(self) -> bool:
+        """Whether it is by least squares, so that its influence lies in its column space."""
+        rows, solution = self.estimate.solution.rows, self.estimate.solution
+        if not len(solution.joints) or not rows.explained.shape[1]:
+            return False
+        if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
+            return False  # an exact fit, which no recording has
+        weighted = solution.influence / rows.weight
+        gram = np.zeros((rows.explained.shape[1],) * 2)
+        for _, columns, Q in rows.explained.parts:
+            gram[np.ix_(columns, columns)] += Q.T @ Q
+        along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
+        left = np.linalg.norm(rows.explained.times(np.asarray(along, np.float64)) - weighted.T)
+        return bool(left < LINEAR * np.linalg.norm(weighted))
 
     @cached_property
     def fits(self) -> Fits:
         """The fit, prepared for comparisons."""
-        return fits_of([self.fit])
+        return Fits((self.fit,))
 
     @cached_property
     def by_joint(self) -> Score:
         """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
         fit, rows = self.fit, self.solution.rows
         n, blocks = self.problem.structure.arm.n, fit.blocks
-        left = fit.held_residual.reshape(-1)[fit.place] / rows.weight
+        left = fit.layout.rows(fit.held_residual)[:, 0] / rows.weight
         squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
         np.add.at(squares, (rows.joint, fit.block), left**2)
         np.add.at(counts, (rows.joint, fit.block), 1.0)
@@ -165,15 +204,10 @@ class HeldOutEstimate:
     def stacked(self, columns: Sequence[Array | None]) -> Array:
         """Stack columns of each joint's rows in the order of the estimate, shape (R, m)."""
         stacked = np.zeros((len(self.fit.V), next(each.shape[1] for each in columns if each is not None)))
-        for j, own in self._rows_of.items():
+        for j in self.solution.rows.unknowns:
             if (each := columns[j]) is not None:
-                stacked[own] = each
+                stacked[self.solution.rows.of(j)] = each
         return stacked
-
-    @cached_property
-    def _rows_of(self) -> dict[int, slice]:
-        """The rows of each joint."""
-        return {j: self.solution.rows.of(j) for j in self.solution.rows.unknowns}
 
     def weighted(self, direction: Alternative) -> Array:
         """Columns of a direction on the rows of the estimate's fit, shape (R, m)."""
@@ -184,14 +218,14 @@ class HeldOutEstimate:
         """Improvements that were computed before."""
         return {}
 
-    def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
-        """Improvement by each of many directions, each added alone; None also for less than `worth`."""
+    def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[FirstOrder]:
+        """Improvement by each of many directions, each added alone, without those of less than `worth`."""
         new = [each for each in directions if (each, worth) not in self._known]
         count = max(1, 4 * TOGETHER // len(self.fit.V))  # long columns are only made when they are compared
         for some in (new[start : start + count] for start in range(0, len(new), count)):
             found = each_added(self.fits, [(self.weighted(each),) for each in some], worth)
             self._known.update(((each, worth), more) for each, more in zip(some, found, strict=True))
-        return [self._known[each, worth] for each in directions]
+        return added(directions, [self._known[each, worth] for each in directions])
 
     def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""
@@ -199,9 +233,10 @@ class HeldOutEstimate:
         left = fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
-        new = left @ turn
+        new, rows = left @ turn, self.solution.rows
         residual = fit.residual - new @ (turn.T @ (columns.T @ fit.residual))
-        return replace(self, fit=replace(fit, residual=residual, Q=fit.Q.beside(new)))
+        rows = replace(rows, residual=residual / rows.weight, explained=fit.Q.beside(new))
+        return replace(self, other=replace(self.solution, rows=rows))
 
     def effects(
         self, currents: Array, beside: "HeldOutEstimate | None" = None, corrected: GainEstimate | None = None
@@ -214,9 +249,8 @@ class HeldOutEstimate:
         own, solution = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
         moved += (1.0 + moved) * (own.inverse / solution.inverse - 1.0)
-        place, std = {int(j): k for k, j in enumerate(own.joints)}, self._claimed
-        if beside is not None:
-            std = {j: claimed(gain, beside.left_of(j)) for j, gain in self.estimate.identified.items()}
+        place, gains = {int(j): k for k, j in enumerate(own.joints)}, self.estimate.identified
+        std = {j: claimed(gain, 1.0 if beside is None else beside.left_of(j)) for j, gain in gains.items()}
         if corrected is not None:
             std = {j: claimed(gain) for j, gain in corrected.identified.items() if j in place} | std
         return tuple(
@@ -224,41 +258,7 @@ class HeldOutEstimate:
             for j in sorted(std)
         )
 
-    @cached_property
-    def _claimed(self) -> dict[int, float]:
-        """Relative standard deviation of each gain."""
-        return {j: claimed(gain) for j, gain in self.estimate.identified.items()}
-
     def left_of(self, joint: int) -> float:
         """Ratio of this model's residual to the estimate's, of a joint, from 0."""
-        rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
-        left = self.fit.residual[own] / self.solution.rows.weight[own]
-        before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
-        return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
-
-
-def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> HeldOutEstimate:
-    """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
-    solution = estimate.solution if solution is None else solution
-    rows = solution.rows
-    fit = FreeFit(
-        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained,
-        block=numbered_blocks(problem, rows.motion, rows.position), blocks=BLOCKS * len(problem.motions),
-    )  # fmt: skip
-    return HeldOutEstimate(problem, estimate, solution, fit)
-
-
-def by_least_squares(estimate: GainEstimate) -> bool:
-    """Whether an estimate is by least squares, so that its influence lies in its column space."""
-    rows, solution = estimate.solution.rows, estimate.solution
-    if not len(solution.joints) or not rows.explained.shape[1]:
-        return False
-    if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
-        return False  # an exact fit, which no recording has
-    weighted = solution.influence / rows.weight
-    gram = np.zeros((rows.explained.shape[1],) * 2)
-    for _, columns, Q in rows.explained.parts:
-        gram[np.ix_(columns, columns)] += Q.T @ Q
-    along = np.linalg.lstsq(gram, rows.explained.against(weighted.T), rcond=None)[0]
-    left = np.linalg.norm(rows.explained.times(np.asarray(along, np.float64)) - weighted.T)
-    return bool(left < LINEAR * np.linalg.norm(weighted))
+        before = self.estimate.solution.rows.residual_share(joint)
+        return min(1.0, self.solution.rows.residual_share(joint) / before) if before > 0.0 else 1.0

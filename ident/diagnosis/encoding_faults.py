@@ -66,14 +66,14 @@ def _convention(logs: Logs, factor: Array, turn: Array, braked: Array) -> Altern
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
 LENGTHS = {"millimetres": 1e-3}
 """Factors from units of angle to radians, and from units of length to metres."""
-RATIOS = np.geomspace(2.0, 2e8, 930)
-"""Ratios, 2 % apart, of gears, and of gears with an encoder's counts, of 30 bits at most."""
 MOST_RATIO = 500.0
 """Largest plausible ratio of a gear; a planetary stage has 3, a harmonic drive up to 320."""
 COUNTS = 2.0 ** np.arange(8, 31) / (2.0 * np.pi)
 """Counts of encoders per radian."""
-OF_ALL = np.concatenate((np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), COUNTS))
-"""Ratios that all joints may have together, also of motors logged in turns."""
+RATIOS = np.concatenate(
+    (np.arange(2.0, MOST_RATIO), np.arange(7.0, MOST_RATIO) / (2.0 * np.pi), COUNTS, np.geomspace(MOST_RATIO, 2e8, 650))
+)
+"""Ratios of gears, also of motors logged in turns; counts of encoders per radian, and with gears, 2 % apart."""
 
 
 def units(logs: Logs) -> Iterator[Alternative]:
@@ -90,10 +90,9 @@ def units(logs: Logs) -> Iterator[Alternative]:
     # ratios of several joints are found only if they are equal
     for joints, sign in product({beyond, turning} if len(beyond) == 1 else {turning} if beyond else (), (1.0, -1.0)):
         least = min(float(np.ptp(log.q[:, j])) for log in logs.recordings for j in joints)
-        ratios = RATIOS if len(joints) == 1 else OF_ALL
-        for ratio in (sign * ratios[least / STILL >= ratios]).tolist():
+        for ratio in (sign * RATIOS[least / STILL >= RATIOS]).tolist():
             yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio)))
-            if ratio in COUNTS:
+            if len(joints) > 1 and ratio in COUNTS:
                 yield from _reached(logs, geared(logs, joints, np.full(len(joints), ratio), -np.pi))
 
 
@@ -222,7 +221,7 @@ def own_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Slightly different ratios of all joints, which refine a common one."""
     joints = tuple(np.flatnonzero(logs.structure.arm.revolute).tolist())
     columns = [each[:, joints] for each in reference.change(lambda along: along.turned(0))]
-    yield small(lambda more: geared(logs, joints, 1.0 + more), columns, largest=LARGEST_RATIO)
+    yield small(geared(logs, joints, np.ones(len(joints))), columns, largest=LARGEST_RATIO)
 
 
 def in_unit(

@@ -1,10 +1,6 @@
 """Evidence for one interpretation of the logs over another: the improvement of held-out predictions of currents.
 
-Every joint is fitted alone (`FreeFit`); each time block is predicted by a fit to the others, exactly and without
-repeating the fit: with Q orthonormal columns of the model and e its residual,
-
-    e_b -> (I - Q_b Q_b')^-1 e_b        b the rows of a block
-
+Every joint is fitted alone, and each time block is predicted by a fit to the others (`BlockedFit`), with residuals e.
 The improvement of a block of r rows per joint in expected log predictive density, and its standardised sum over B
 blocks, are
 
@@ -23,100 +19,14 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.intervals import Basis
-from ident.support.arrays import Array, Indices, readonly
+from ident.estimation.intervals import BLOCKS, Basis, BlockedFit
+from ident.support.arrays import Array, Indices
 
-BLOCKS = 20
-"""Number of time blocks of each log; with 8, z is heavy-tailed."""
 RIDGE = 1e-9
 """Prior precision of the coefficients of unit columns, in units of the residual: it regularises dependent columns."""
 
 
-@dataclass(frozen=True, eq=False)
-class FreeFit:
-    """A fit of one joint's currents by its own columns, independent of other joints; or a fit of all joints."""
-
-    V: Array  # currents [drive units], shape (r,)
-    residual: Array  # residuals, shape (r,)
-    Q: Basis  # orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p)
-    block: Indices  # time block of each row, numbered through all logs, shape (r,)
-    blocks: int  # number of blocks of all logs
-
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom: rows minus unknowns."""
-        return len(self.V) - self.Q.shape[1]
-
-    def without(self, columns: Array) -> Array:
-        """Return the residuals of columns, shape (r, k) or (r,), in this fit."""
-        given = columns.reshape(len(columns), -1)
-        return (given - self.Q.times(self.Q.against(given))).reshape(columns.shape)
-
-    @cached_property
-    def width(self) -> int:
-        """Number of rows of the longest block, m."""
-        return max(1, int(np.bincount(self.block).max(initial=0)))
-
-    @cached_property
-    def place(self) -> Indices:
-        """Index of each row among blocks that are padded to the longest; rows of a block are contiguous, shape (r,)."""
-        place = np.empty(len(self.V), np.intp)
-        for b, rows in enumerate(self._by_block):
-            place[rows] = b * self.width + np.arange(len(rows))
-        return place
-
-    @cached_property
-    def _by_block(self) -> list[Indices]:
-        """Indices of the rows of each block."""
-        order, counts = np.argsort(self.block, kind="stable"), np.bincount(self.block, minlength=self.blocks)
-        return np.split(order, np.cumsum(counts)[:-1])
-
-    def padded(self, x: Array) -> Array:
-        """Rows (r, k) by block, shape (blocks, m, k)."""
-        out = np.zeros((self.blocks * self.width, x.shape[1]))
-        out[self.place] = x
-        return out.reshape(self.blocks, self.width, -1)
-
-    def predicted(self, left: Array) -> Array:
-        """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
-        return self.by_block(self.padded(left))
-
-    @cached_property
-    def held_residual(self) -> Array:
-        """Held-out residuals of the currents, shape (blocks, m, 1)."""
-        return self.predicted(self.residual[:, None])
-
-    def by_block(self, x: Array) -> Array:
-        """The same for padded columns, both of shape (blocks, m, k)."""
-        if not self._long:
-            return np.asarray(np.linalg.solve(self._others, x), np.float64)
-        left = x.copy()
-        for own, rows, K in zip(left, self._by_block, self._others, strict=True):
-            Q = self.Q.at(rows)
-            own[: len(rows)] += Q @ (K.T @ (K @ (Q.T @ own[: len(rows)])))
-        return left
-
-    @property
-    def _long(self) -> bool:
-        return self.width > 2 * self.Q.shape[1]
-
-    @cached_property
-    def _others(self) -> Array:
-        """`I - Q_b Q_b'` of every block, shape (blocks, m, m); of long blocks L^-1, shape (blocks, p, p).
-
-        Blocks with more than twice as many rows as columns are predicted with matrices of the columns' size, in time
-        proportional to the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
-
-            (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
-        """
-        if self._long:
-            of_blocks = (self.Q.at(rows) for rows in self._by_block)
-            return readonly(np.linalg.inv(np.linalg.cholesky([np.eye(Q.shape[1]) - Q.T @ Q for Q in of_blocks])))
-        Q = self.padded(self.Q.at(np.arange(len(self.V))))
-        return readonly(np.eye(self.width) - Q @ Q.swapaxes(1, 2))
-
-
-def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
+def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> BlockedFit:
     """Fit a joint's currents V, shape (r,), by columns W, shape (r, p), with the time block of each row, shape (r,)."""
     size = np.linalg.norm(W, axis=0)
     unit = W[:, size > 0.0] / size[size > 0.0]
@@ -124,7 +34,7 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
     gram[np.diag_indices_from(gram)] += RIDGE
     L = linalg.cholesky(gram, lower=True, check_finite=False)
     Q = linalg.solve_triangular(L, unit.T, lower=True, check_finite=False).T
-    return FreeFit(V=V, residual=V - Q @ (Q.T @ V), Q=Basis.of(Q), block=block, blocks=blocks)
+    return BlockedFit(V=V, residual=V - Q @ (Q.T @ V), Q=Basis.of(Q), block=block, blocks=blocks)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,43 +72,28 @@ def log_density_improvement(given: Score, other: Score) -> Array:
     return np.where(np.repeat(shown, BLOCKS, axis=-1), 0.5 * gain, 0.0).sum(axis=-2)
 
 
-def z_of(u: Array) -> float:
-    """Sum of improvements over its standard error; zero if they are all equal."""
-    return float(each_z(u))
-
-
-def each_z(u: Array) -> Array:
-    """The same for many sums at once: from shape (..., blocks) to shape (...)."""
-    used = u != 0.0
-    count, total = np.count_nonzero(used, axis=-1), u.sum(axis=-1)
-    off = np.where(used, u - (total / np.maximum(count, 1))[..., None], 0.0)
-    spread = np.sqrt(count / np.maximum(count - 1, 1) * np.sum(off**2, axis=-1))
-    return np.divide(total, spread, out=np.zeros(total.shape), where=(count > 1) & (spread > 0.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Fits:
     """Fits with common time blocks, prepared for held-out predictions."""
 
     # one per joint, or one of all joints together; None where there are fewer rows than unknowns:
-    parts: tuple[FreeFit | None, ...]
-    score: Score  # accuracy of each part's predictions
+    parts: tuple[BlockedFit | None, ...]
+
+    @cached_property
+    def score(self) -> Score:
+        """Accuracy of each part's predictions."""
+        blocks = max((each.blocks for each in self.parts if each is not None), default=0)
+        squares, rows = np.zeros((len(self.parts), blocks)), np.zeros((len(self.parts), blocks))
+        for k, each in enumerate(self.parts):
+            if each is not None:
+                squares[k] = np.sum(each.held_residual**2, axis=(1, 2))
+                rows[k] = np.bincount(each.block, minlength=blocks)
+        return Score(squares, rows)
 
     @property
     def sigma(self) -> Array:
         """Standard deviation of each part's held-out residuals [drive units], shape (parts,)."""
         return np.sqrt(self.score.variance)
-
-
-def fits_of(parts: Sequence[FreeFit | None]) -> Fits:
-    """Return fits with their score."""
-    blocks = max((each.blocks for each in parts if each is not None), default=0)
-    squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
-    for k, each in enumerate(parts):
-        if each is not None:
-            squares[k] = np.sum(each.held_residual**2, axis=(1, 2))
-            rows[k] = np.bincount(each.block, minlength=blocks)
-    return Fits(tuple(parts), Score(squares, rows))
 
 
 UNSEEN = 1e-7
@@ -254,7 +149,7 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
     return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
 
 
-def stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[int, FreeFit, Indices, Array]]:
+def stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[int, BlockedFit, Indices, Array]]:
     """Each part of the fits, with the indices of the sets that are not zero on it, shape (K,), and their columns."""
     for j, part in enumerate(fits.parts):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]

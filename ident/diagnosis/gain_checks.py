@@ -30,10 +30,12 @@ from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs
 from ident.estimation.estimators.iv import instrumental_gains
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import ObservedMotion, Problem, joint_rows
 from ident.estimation.sweep import inertia_matrices
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
+from ident.model.structure import RANK_TOL, Structure
 from ident.numerics.least_squares import column_space
+from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
@@ -47,13 +49,19 @@ FAR = 100.0
 SURE_LOAD_Z = 10.0
 """Number of standard deviations of 1/g from zero beyond which the sign from the load is significant; every identified
 gain exceeds it."""
+ENCODER_NOISE = "encoder noise"
 MUCH = 2.0
 """Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
-    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
+    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains.
+
+    The residual of a joint whose gain encoder noise moves has that cause.
+    """
     found = [each for each in (*gain_diagnoses(estimate), autocorrelation(estimate)) if each is not None]
+    noisy = {each.joint for cause in causes.diagnoses if cause.name == ENCODER_NOISE for each in cause.effects}
+    found = [each for each in found if each.name != "residual" or noisy.isdisjoint(each.joints)]
     refuses = causes.severity is Severity.WRONG
     return Diagnosed(diagnoses=tuple(each for each in found if not refuses or each.severity is Severity.WRONG))
 
@@ -79,7 +87,7 @@ def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
             yield finding(None, "gain outlier", sentence, advice, joints=(j,), value=ratio, unit="times")
     for j in range(len(estimate.joints)):
         percent = 100.0 * (estimate.residual_share(j) or 0.0)
-        if percent > 100.0 * LARGE_RESIDUAL:
+        if percent * max(lagged(estimate.solution.rows, j, 2), 0.0) ** 0.5 > 100.0 * LARGE_RESIDUAL:  # noise is white
             sentence = f"joint {j + 1}: {percent:.0f} % of the current is not explained by the model"
             advice = "check that the model is of this robot, with its couplings, friction and base"
             yield finding(None, "residual", sentence, advice, joints=(j,), value=percent, unit="%")
@@ -101,7 +109,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     if not estimate.identified:
         return None
     plain, aware = np.diag(classical(solution.rows, solution.influence)), estimate.covariance
-    verb, advice = "is", "the interval already accounts for it; a longer motion narrows it"
+    verb, advice = "is", None  # the interval accounts for it
     if estimate.options.uncertainty == "classical":  # for white residuals
         verb, advice = "would be", "the interval does not account for it; omit --uncertainty"
         aware = max_of_classical_and_jackknife(solution.rows, solution.influence)
@@ -110,18 +118,18 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     size = float(ratio[place[worst]])
     return finding(
         None, "autocorrelation",
-        f"joint {worst + 1}: the residuals' autocorrelation is {lag_one(solution.rows, worst):z.2f} at lag 1; the "
+        f"joint {worst + 1}: the residuals' autocorrelation is {lagged(solution.rows, worst, 1):z.2f} at lag 1; the "
         f"standard deviation that accounts for it {verb} {size:.2g} times that of white residuals",
         advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 
 
-def lag_one(rows: Rows, joint: int) -> float:
-    """Correlation of a joint's residual with that of the next row."""
+def lagged(rows: Rows, joint: int, lag: int) -> float:
+    """Correlation of a joint's residual with that of a later row; of white currents it is at most 0 from lag 2."""
     at = np.flatnonzero(rows.joint == joint)
-    follows = (np.diff(rows.motion[at]) == 0) & (np.diff(rows.position[at]) == 1)
-    residual = rows.residual[at]
-    here, there = residual[:-1][follows], residual[1:][follows]
+    place = rows.motion[at] * (int(rows.position.max()) + lag + 1) + rows.position[at]
+    _, first, second = np.intersect1d(place + lag, place, assume_unique=True, return_indices=True)
+    here, there = rows.residual[at][first], rows.residual[at][second]
     size = float(np.linalg.norm(here) * np.linalg.norm(there))
     return float(here @ there) / size if size > 0.0 else 0.0
 
@@ -220,27 +228,41 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
         unbiased = instrumental_gains(problem).identified
     except IdentificationError:
         return
-    effects, doubted = list[Effect](), list[Effect]()
+    effects = list[Effect]()
     for j, mine in near.items():
         if (other := unbiased.get(j)) is not None:
-            moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
-            effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
-            if abs(moved) > 2.0 * spread or share[j] > 1.0:
-                doubted.append(effects[-1])
-    wrong = severity_of(effects) is Severity.WRONG
-    if wrong or doubted:  # less may be chance, or the other model
-        own = effects if wrong else doubted
-        behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
-        lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
-        steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
-        step, j = max(steps, default=(0.0, 0))
-        noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
-        cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
+            moved = mine.value / other.value - 1.0
+            if abs(moved) > 2.0 * np.hypot(claimed(mine), claimed(other)) or share[j] > 1.0:
+                effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / claimed(mine)))
+    if effects:  # less may be chance, or the other model
+        cause, advice = noisy_positions(problem)
         yield Diagnosis(
-            name="encoder noise", severity=Severity.WRONG if wrong else Severity.WEAK,
-            sentence=f"{cause}{consequence(own)}", cause=cause, effects=tuple(own),
-            advice=f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate",
+            name=ENCODER_NOISE, severity=max(Severity.WEAK, severity_of(effects), key=list(Severity).index),
+            sentence=f"{cause}{consequence(effects)}", cause=cause, effects=tuple(effects),
+            advice=advice,
         )  # fmt: skip
+
+
+def noisy_positions(problem: Problem) -> tuple[str, str]:
+    """What is wrong with positions whose noise matters, in words, and the remedy."""
+    behind = [each.observation.recorded for each in problem.motions if each.observation.full_rate is not None]
+    lower = min(quiet_cutoff(each.recording, ObserveOptions(cutoff_hz=each.cutoff_hz)) for each in behind)
+    steps = [(step, j) for each in behind for j, step in enumerate(position_quanta(each.recording)) if step]
+    step, j = max(steps, default=(0.0, 0))
+    noisy = f"have steps of {step:.2g} rad or m (q{j + 1}), too coarse" if step else "are too noisy"
+    cause = f"the positions {noisy} for a low-pass at {behind[0].cutoff_hz:.3g} Hz"
+    return cause, f"use --cutoff-hz {lower:.2g}, or --method iv, or log at a higher rate"
+
+
+def noise_in_currents(problem: Problem, joint: int) -> float:
+    """Variance of the currents of a joint, from 0, that a fit of this joint alone has from noise of accelerations."""
+    structure, rows = problem.structure, joint_rows(problem, joint)
+    alone, chi = structure.joint_independent[joint], np.zeros(structure.base.regrouping.shape[1])
+    x = np.linalg.lstsq(np.hstack((rows.W, rows.carried)), rows.V, rcond=RANK_TOL)[0]
+    chi[structure.base.columns[alone]] = x[: len(alone)]
+    chi[structure.payload_columns] += x[len(alone) :]
+    logs = [each.observation.full_rate for each in problem.motions]
+    return max(float(noise_torque(structure, each, chi)[joint]) if each else 0.0 for each in logs)
 
 
 def noise_in_load(motion: ObservedMotion) -> Array:
@@ -249,11 +271,17 @@ def noise_in_load(motion: ObservedMotion) -> Array:
     structure, behind = observation.structure, observation.full_rate
     if motion.payload is None or behind is None:
         return np.zeros(structure.arm.n)
-    part, log = motion.payload.known_part(), behind.recording
+    part = motion.payload.known_part()
     known, chi = part.chi * part.mask, np.zeros(structure.base.regrouping.shape[1])
     chi[structure.payload_columns] = known
-    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
-    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
-    noise = squared @ (behind.noise / (2.0 * log.period) * unit**2)
+    noise = noise_torque(structure, behind, chi)
     load = np.array([np.var(each.W_L @ known) for each in observation.joints])
     return np.divide(noise, load, out=np.zeros_like(noise), where=load > 0.0)
+
+
+def noise_torque(structure: Structure, behind: FullRate, chi: Array) -> Array:
+    """Variance of the torques of an arm with standard parameters `chi` by noise of the accelerations, shape (n,)."""
+    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
+    log = behind.recording
+    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
+    return squared @ (behind.noise / (2.0 * log.period) * unit**2)

@@ -11,9 +11,10 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ident.diagnosis.evidence import BLOCKS, Score
-from ident.diagnosis.models import FreeModel
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.diagnosis.evidence import Fits, Score
+from ident.diagnosis.models import free_fits
+from ident.estimation.intervals import BLOCKS
+from ident.estimation.problem import Columns, ObservedMotion, Problem, joint_rows
 from ident.model.arm import Arm, with_transmission
 from ident.model.structure import Structure, structure_of
 from ident.numerics.signals import delayed
@@ -115,18 +116,23 @@ def as_logged(arm: Arm, logs: int) -> Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Logs:
-    """Logs that are observed."""
+    """Logs that are observed, with a fit of each joint alone."""
 
     recordings: tuple[Recording, ...]  # the logs
-    problem: Problem  # their linear systems
+    problem: Problem  # their linear systems; two mountings are two payload objects, even if equal
     observing: ObserveOptions  # filters
     spoilt: tuple[Mask | None, ...]  # mask of samples of each log that no row uses, shape (N, n), or None
     terms: tuple[Array | None, ...] = ()  # further columns of each joint's free fit, shape (r_j, m), if any
 
     @cached_property
-    def model(self) -> FreeModel:
-        """The free fits."""
-        return FreeModel(self.problem, self.terms)
+    def rows(self) -> tuple[Columns, ...]:
+        """Rows of each joint."""
+        return tuple(joint_rows(self.problem, joint) for joint in range(self.structure.arm.n))
+
+    @cached_property
+    def fits(self) -> Fits:
+        """Each joint's fit by the free model, prepared for held-out predictions."""
+        return free_fits(self.problem, self.rows, self.terms)
 
     @property
     def structure(self) -> Structure:
@@ -231,19 +237,11 @@ class Alternative:
 
 
 def small(
-    at: Callable[[Array], Alternative],
-    columns: Sequence[Array | None],
-    *,
-    scale: float = 1.0,
-    largest: float = np.inf,
-    prior_std: Array | None = None,
+    found: Alternative, columns: Sequence[Array | None], *, scale: float = 1.0, largest: float = np.inf
 ) -> Alternative:
-    """Return small alternatives of all sizes, from a function of their parameters and columns of currents."""
+    """Return small alternatives of all sizes, from that of size zero and columns of currents."""
     width = next(each.shape[1] for each in columns if each is not None)
-    return replace(
-        at(np.zeros(width)), refined=at, columns=tuple(columns), parameters=width,
-        scale=scale, largest=largest, prior_std=prior_std,
-    )  # fmt: skip
+    return replace(found, columns=tuple(columns), parameters=width, scale=scale, largest=largest)
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

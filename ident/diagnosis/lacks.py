@@ -4,8 +4,7 @@ Small alternatives compete as columns beside those of the estimate. Fits of each
 whether something is lacking that none of them explains.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import TypeAlias
@@ -13,63 +12,58 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
-from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of, stated
-from ident.diagnosis.evidence import log_density_improvement, z_of
-from ident.diagnosis.hypothesis import Alternative
-from ident.diagnosis.models import FreeModel
-from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
+from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of
+from ident.diagnosis.evidence import Fits, log_density_improvement
+from ident.diagnosis.gain_checks import ENCODER_NOISE, noise_in_currents, noisy_positions
+from ident.diagnosis.hypothesis import Alternative, Logs
+from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
 from ident.estimation.estimate import GainEstimate, GainSolution
+from ident.estimation.intervals import z_of
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
-from ident.support.errors import IdentificationError
 
-Estimate = Callable[[Problem], GainEstimate]
-"""Function that estimates gains from a problem."""
+MAINLY = 0.5
+"""Share of a variance that explains it."""
 MOST = 3
 """Largest number of effects that one estimate lacks."""
 ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
 
 
 def lacks_of(
-    base: HeldOutEstimate,
-    small: Sequence[Alternative],
-    names: Sequence[str],
-    free: FreeModel | None = None,
-    reestimate: Estimate | None = None,
-    *,
-    stiff: GainSolution | None,
+    base: HeldOutEstimate, small: Sequence[Alternative], logs: Logs, *, stiff: GainSolution | None
 ) -> Iterator[Diagnosis]:
     """Return effects that an estimate lacks, of the competing directions `small`, the one that explains most first.
 
-    Fits of each joint alone (`free`) that predict significantly better show that something is lacking. Elastic joints
-    may imitate faults: `stiff` is the solution with rigid ones. None skips either.
+    Fits of each joint alone that predict significantly better show that something is lacking; they are not compared
+    with an estimate that cannot be repeated. Elastic joints may imitate faults: `stiff` is the solution with rigid
+    ones, None skips it.
     """
     believed = [each for each in base.payload_errors if each.prior_std is not None]
     open_ones = [*small, *(each for each in base.payload_errors if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
-        yield of_lack(lack, names, reestimate)
+        yield of_lack(lack, logs.names)
         base = base.beside(lack.best.alternative)
         open_ones.remove(lack.best.alternative)
     for each in believed:
-        for found in added([each], base.each_added([each])):
+        for found in base.each_added([each]):
             if found.z > SHOWN and beyond_prior(found):
-                yield of_lack(Lack(base, found, ()), names)
+                yield of_lack(Lack(base, found, ()), logs.names)
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
-    wrong = None if free is None or reestimate is None else _of_payload(base, free, reestimate, first, names)
+    wrong = None if base.reestimate is None else _of_payload(base, logs, first)
     if wrong is not None:
         yield wrong
         return
-    found = [of_lack(each, names, reestimate) for each in lacks]
+    found = [of_lack(each, logs.names) for each in lacks]
     yield from found
-    if free is not None:
+    if base.reestimate is not None:
         faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
         beside_faults = any(each.severity is Severity.WRONG for each in faults)
         last = lacks[-1].model.beside(lacks[-1].best.alternative) if lacks else base
-        yield from _unexplained(last, free, beside_faults=beside_faults)
+        yield from _unexplained(last, logs.fits, beside_faults=beside_faults)
 
 
 Lack: TypeAlias = Significant[HeldOutEstimate, FirstOrder]
@@ -80,7 +74,7 @@ def shown_beside(base: HeldOutEstimate, choices: Sequence[Alternative]) -> Itera
     """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
 
     def significant(base: HeldOutEstimate) -> list[FirstOrder]:
-        return [each for each in added(choices, base.each_added(choices, WORTH)) if each.within and each.z > SHOWN]
+        return [each for each in base.each_added(choices, WORTH) if each.within and each.z > SHOWN]
 
     return add_significant(base, significant, lambda base, found: base.beside(found.alternative))
 
@@ -94,13 +88,12 @@ def imitated(
     """Return faults that selected elastic joints absorb: they predict significantly better than elasticity."""
     if solution is None:
         return
-    stiff = stated(base.problem, base.estimate, solution)
+    stiff = replace(base, other=solution)
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
         first_order = lack.model.each_added([each for each in choices if each.family == ELASTICITY])
-        elastic = [log_density_improvement(lack.model.by_joint, base.by_joint)]
-        elastic += [each.u for each in first_order if each is not None]
+        elastic = [log_density_improvement(lack.model.by_joint, base.by_joint), *(each.u for each in first_order)]
         if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.alternative.at_fault:
             return
         yield lack
@@ -113,41 +106,36 @@ def beyond_prior(found: FirstOrder) -> bool:
     return float(found.value @ np.linalg.solve(spread, found.value)) > SHOWN**2
 
 
-def _of_payload(
-    base: HeldOutEstimate, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
-) -> Diagnosis | None:
+def _of_payload(base: HeldOutEstimate, logs: Logs, first: Lack | None) -> Diagnosis | None:
     """Return the diagnosis of a payload that is not as specified, by gains from its mass alone, None if it is as good.
 
     `first` is the best first-order effect; a payload that is rotated or far off exceeds the first order.
     """
     of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
-    if not _leaves(base, free) or not _may_be_of_payload(base, None if of_payload else first):
+    if not _leaves(base, logs.fits) or not _may_be_of_payload(base, None if of_payload else first):
         return None
-    found = from_mass_alone(base, reestimate)
+    found = from_mass_alone(base)
     if found is None:
         return None
     other, u = found
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
-    logs = tuple(name for name, each in zip(names, base.problem.motions, strict=True) if each.payload is not None)
-    found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
-    if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), free):
-        found = of_lack(first, names, reestimate)  # its size is correct to first order
+    loaded = (name for name, each in zip(logs.names, base.problem.motions, strict=True) if each.payload is not None)
+    found = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=tuple(loaded), z=z_of(u))
+    if first is not None and of_payload and not _leaves(first.model.beside(first.best.alternative), logs.fits):
+        found = of_lack(first, logs.names)  # its size is correct to first order
     effects = tuple(between(base.estimate, other)) or found.effects
     sentence = f"{found.cause}{consequence(effects)}"
     return replace(found, severity=severity_of(effects), sentence=sentence, effects=effects)
 
 
-def from_mass_alone(base: HeldOutEstimate, reestimate: Estimate) -> tuple[GainEstimate, Array] | None:
+def from_mass_alone(base: HeldOutEstimate) -> tuple[GainEstimate, Array] | None:
     """Return the estimate from masses of payloads alone, and its improvement, shape (blocks,); None if that fails."""
     masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
     motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
     opened = replace(base.problem, motions=tuple(motions))
-    with suppress(IdentificationError):
-        if masses:
-            other = reestimate(opened)
-            return other, log_density_improvement(base.by_joint, stated(opened, other).by_joint)
-    return None
+    other = base.again(opened) if masses else None
+    return other and (other, log_density_improvement(base.by_joint, HeldOutEstimate(opened, other).by_joint))
 
 
 def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
@@ -157,45 +145,48 @@ def _may_be_of_payload(base: HeldOutEstimate, other: Lack | None) -> bool:
         return False
     of_joints = zip(*(each.columns for each in own), strict=True)
     columns = (np.hstack(each) if each[0] is not None else None for each in of_joints)
-    (together,) = base.each_added([replace(own[0], columns=tuple(columns))])
+    together = next(iter(base.each_added([replace(own[0], columns=tuple(columns))])), None)
     if together is None or z_of(together.u) < SHOWN - 1.0:
         return False
     return other is None or float(np.sum(together.u - other.best.u)) > 0.0
 
 
-def _leaves(base: HeldOutEstimate, free: FreeModel) -> bool:
+def _leaves(base: HeldOutEstimate, free: Fits) -> bool:
     """Whether fits of each joint alone, with free payloads, predict the currents significantly better."""
-    return z_of(log_density_improvement(base.by_joint, free.fits.score)) > SHOWN
+    return z_of(log_density_improvement(base.by_joint, free.score)) > SHOWN
 
 
-def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
+def _unexplained(base: HeldOutEstimate, free: Fits, *, beside_faults: bool) -> Iterator[Diagnosis]:
     """Return the diagnosis of currents that only fits of each joint alone explain; beside faults it refuses gains."""
     if not _leaves(base, free):
         return
-    times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))
+    times = np.sqrt(base.by_joint.variance / np.where(free.sigma > 0.0, free.score.variance, np.inf))
     worst = int(np.argmax(times))
     most = float(times[worst])  # significant in a long log even if small
     size = f"{two_digits(most)} times as large as"
     size = f"{two_digits(100.0 * (most - 1.0))} % larger than" if most < 2.0 else size
-    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone; no known cause explains the "
+    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone"
+    name, cause = "unexplained", "no known cause explains the difference"
+    advice = "check that the model, the payload and all logs are of one robot"
+    more = base.by_joint.variance[worst] - free.score.variance[worst]
+    if 0.0 < MAINLY * more < noise_in_currents(base.problem, worst):
+        name, (cause, advice) = ENCODER_NOISE, noisy_positions(base.problem)
     yield finding(
-        None, "unexplained", f"{sentence}difference", "check that the model, the payload and all logs are of one robot",
+        None, name, f"{sentence}; {cause}", advice,
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
         joints=range(len(times)) if beside_faults else (worst,), value=most, unit="times",
     )  # fmt: skip
 
 
-def of_lack(lack: Lack, names: Sequence[str], reestimate: Estimate | None = None) -> Diagnosis:
+def of_lack(lack: Lack, names: Sequence[str]) -> Diagnosis:
     """Return the diagnosis of an effect that an estimate lacks.
 
     What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
     deviation of a gain that is not refused.
     """
     base, best, rivals = lack
-    corrected = None
-    if best.alternative.at_fault and reestimate is not None and not base.estimate.identifiable.all():
-        with suppress(IdentificationError):
-            corrected = reestimate(_without(base.problem, best))
+    unsure = best.alternative.at_fault and not base.estimate.identifiable.all()
+    corrected = base.again(_without(base.problem, best)) if unsure else None
     currents = base.stacked(best.alternative.columns) @ best.value
     effects = base.effects(currents, base.beside(best.alternative), corrected)
     severity = severity_of(effects)

@@ -12,11 +12,12 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.diagnosis.effects import HeldOutEstimate
-from ident.diagnosis.evidence import Fits, each_z, log_density_improvement, stacked
+from ident.diagnosis.evidence import Fits, log_density_improvement, stacked
 from ident.diagnosis.families import FAMILIES, Limit
 from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.search import SHOWN, Survey
 from ident.diagnosis.terms import CENTRE
+from ident.estimation.intervals import each_z
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import enumerated
 
@@ -77,7 +78,7 @@ def undetected_sizes(seen: Survey) -> Sizes:
     """Return the largest size that is not excluded of each kind of small fault; of one log, that of any log."""
     found = {limit: dict[tuple[tuple[int, ...], str], float]() for _, limit in LIMITS}
     own = [(limit, each) for name, limit in LIMITS for each in _of_limit(seen, name, limit)]
-    for (limit, each), size in zip(own, bounds(seen.logs.model.fits, [each for _, each in own]), strict=True):
+    for (limit, each), size in zip(own, bounds(seen.logs.fits, [each for _, each in own]), strict=True):
         unit, scale = _unit(each)
         key, sizes = (each.joints, unit), found[limit]
         sizes[key] = max(sizes.get(key, 0.0), np.inf if size is None else scale * size)

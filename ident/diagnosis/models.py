@@ -1,8 +1,8 @@
 """Two models of the currents that logs are compared with: each joint alone, and all joints at once.
 
 The free model checks logs. The unknowns of joint j are its base parameters, common to all logs; friction and offset of
-each log; ten payload parameters of every mounting but the first; and friction laws of real drives. It uses no gain and
-no specified payload, so an error of these cannot be mistaken for a fault of the logs.
+each log; ten payload parameters of every mounting, without a bare log but one; and friction laws of real drives. It
+uses no gain and no specified payload, so an error of these cannot be mistaken for a fault of the logs.
 
 The reference gives the change of the currents by small faults, to first order. All joints are fitted at once with
 viscous and Coulomb friction and rigid joints (`ident.estimation.all_joints`), free payloads and the gain of one joint
@@ -16,10 +16,10 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, fits_of, free_fit
+from ident.diagnosis.evidence import Fits, free_fit
 from ident.estimation.all_joints import Fit, fit
-from ident.estimation.problem import Problem
-from ident.estimation.rows import OWN, Columns, joint_rows
+from ident.estimation.intervals import BLOCKS, BlockedFit
+from ident.estimation.problem import OWN, Columns, Problem
 from ident.estimation.setting import Setting, setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
@@ -33,34 +33,21 @@ COUPLED = ("Fvm", "Fcm")
 """Friction of motors that turn with two joints."""
 
 
-@dataclass(frozen=True, eq=False)
-class FreeModel:
-    """Free fits of all joints."""
-
-    problem: Problem  # the observed logs; two mountings are two payload objects, even if equal
-    further: Sequence[Array | None] = ()  # further columns of each joint, n arrays of shape (r_j, m), if any
-
-    @cached_property
-    def rows(self) -> tuple[Columns, ...]:
-        """Rows of each joint."""
-        return tuple(joint_rows(self.problem, joint) for joint in range(self.problem.structure.arm.n))
-
-    @cached_property
-    def fits(self) -> Fits:
-        """Each joint's fit, prepared for held-out predictions; None where it has fewer rows than unknowns."""
-        blocks, parts = BLOCKS * len(self.problem.motions), list[FreeFit | None]()
-        for own, more in zip(self.rows, self.further or (None,) * len(self.rows), strict=True):
-            W = free_columns(self.problem, own)
-            W = W if more is None else np.column_stack((W, more))
-            if len(own.V) <= W.shape[1]:
-                parts.append(None)
-                continue
-            fitted = free_fit(W, own.V, numbered_blocks(self.problem, own.motion, own.position), blocks)
-            if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
-                W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
-                fitted = free_fit(W, own.V, fitted.block, blocks)
-            parts.append(fitted)
-        return fits_of(parts)
+def free_fits(problem: Problem, rows: Sequence[Columns], terms: Sequence[Array | None]) -> Fits:
+    """Fit each joint's rows alone, with further terms if any, n arrays (r_j, m); None with fewer rows than unknowns."""
+    blocks, parts = BLOCKS * len(problem.motions), list[BlockedFit | None]()
+    for own, more in zip(rows, terms or (None,) * len(rows), strict=True):
+        W = free_columns(problem, own)
+        W = W if more is None else np.column_stack((W, more))
+        if len(own.V) <= W.shape[1]:
+            parts.append(None)
+            continue
+        fitted = free_fit(W, own.V, numbered_blocks(problem, own.motion, own.position), blocks)
+        if (dry := own.own("Fc")).any():  # friction proportional to the motor torque of the fitted model
+            W = np.column_stack((W, np.abs(own.V - fitted.residual) * dry))
+            fitted = free_fit(W, own.V, fitted.block, blocks)
+        parts.append(fitted)
+    return Fits(tuple(parts))
 
 
 def numbered_blocks(problem: Problem, motion: Indices, position: Indices) -> Indices:
@@ -77,12 +64,11 @@ def free_columns(problem: Problem, rows: Columns) -> Array:
     """Columns of the model of a joint's currents, shape (r, p)."""
     drifting = rows.of_parameter(*OWN, *COUPLED)
     later = [rows.W[:, drifting] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
-    first = problem.motions[0].payload
-    payloads = [W_L for W_L, payload in zip(rows.W_L, problem.payloads, strict=True) if payload is not first]
     laws, speed = list[Array](), rows.own("Fv")
     if speed.any():  # friction that grows less than linearly with speed, or differs between directions
         share = np.where(rows.weight > 0.0, rows.weight, 1.0)
         laws = [np.cbrt(speed / share) * share, np.abs(speed)]
+    payloads = rows.W_L[1:] if rows.loaded.all() else rows.W_L  # one acts like the last link
     return np.column_stack((rows.W, *later, *payloads, *laws))
 
 
@@ -161,22 +147,15 @@ def _row_filter(behind: FullRate) -> sparse.csr_array:
 
 
 def reference(problem: Problem) -> Reference | None:
-    """Fit all joints; None if the fit fails, as for logs of a different arm."""
+    """Fit all joints, with unknown payloads; None if the fit fails, as for logs of another arm."""
     if any(motion.observation.full_rate is None for motion in problem.motions):
         return None
-    unknown = _unknown(problem)
+    first = problem.motions[0].payload  # the others, bare or not, differ from this mounting by an unknown payload
+    others = {id(each.payload): Payload(1.0, known="none") for each in problem.motions if each.payload is not first}
+    unknown = tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
     try:
-        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=None)
+        ready = setting(replace(problem, motions=unknown), per_motion=True, prior_std=PRIOR_STD, given=None)
         fitted = fit(ready, {}, None)
     except IdentificationError:
         return None
     return Reference(ready, fitted)
-
-
-def _unknown(problem: Problem) -> Problem:
-    """Return the same logs with unknown payloads; the first mounting counts as bare."""
-    first = problem.motions[0].payload
-    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
-    return replace(
-        problem, motions=tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
-    )

@@ -18,10 +18,9 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.diagnosis.hypothesis import SLACK, reach
 from ident.estimation.estimate import FRICTION_Z, GainEstimate, joint_signs, largest
-from ident.estimation.intervals import Basis, Rows, max_of_classical_and_jackknife
-from ident.estimation.joint_by_joint import gain_system, joint_by_joint_gains
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
-from ident.estimation.rows import joint_rows
+from ident.estimation.intervals import Basis, Rows, max_of_classical_and_jackknife, rms
+from ident.estimation.joint_by_joint import joint_by_joint_gains, joint_fit
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, joint_rows, pair
 from ident.model.arm import Arm
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
@@ -198,21 +197,16 @@ def predicted_rel_std(
     observation: Observation, payload: Payload, gain: Array, options: GainOptions
 ) -> tuple[float | None, ...]:
     """Predict the relative standard deviation of gains (n,) [N m / unit] with a payload; None if not identifiable."""
-    both = pair(observation, observation, payload, options)
+    twice = pair(observation, observation, payload, options)
     alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
 
     def predicted(joint: int) -> float | None:
-        system, rows = gain_system(both, joint, [payload.known_part()]), joint_rows(alone, joint)
-        if system is None:
+        both, rows = joint_fit(twice, joint, [payload.known_part()]), joint_rows(alone, joint)
+        if isinstance(both, str):
             return None
-        try:
-            own, fit = (
-                least_squares(W, V, rank_tol=RANK_TOL) for W, V in ((rows.W, rows.V), (system.W, system.rows.V))
-            )
-        except NotIdentifiable:
-            return None
-        sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
-        return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(float(gain[joint]))  # std(g) / g = g std(1/g)
+        own = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
+        sigma = max(own.sigma, options.noise_floor * rms(rows.V))
+        return sigma * float(np.sqrt(both.fit.cofactor[-1, -1])) * abs(float(gain[joint]))  # std(g) / g = g std(1/g)
 
     return tuple(predicted(joint) for joint in range(observation.structure.arm.n))
 

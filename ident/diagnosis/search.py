@@ -12,11 +12,12 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement, z_of
+from ident.diagnosis.evidence import Evidence, Score, each_added, log_density_improvement
 from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.hypothesis import Alternative, Logs, beyond_limits, read_as, scored_as
 from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.screening import Screened, screened
+from ident.estimation.intervals import z_of
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 
@@ -32,6 +33,8 @@ LOOKED_AT = 3
 """Number of best alternatives of each kind that are compared exactly."""
 MOST = 4
 """Largest number of faults and terms in one set of logs."""
+MOST_IMPOSSIBLE = 2
+"""Largest number of faults that explain impossible positions; of more, none is the cause: logs of another robot."""
 REFINED, SETTLED = 5, 0.5
 """Largest number of steps that refine the size of a fault, and step, in standard deviations, below which they end."""
 
@@ -174,7 +177,7 @@ def directions(fit: Reference | None, logs: Logs, families: Collection[Family] =
 
 def smalls(logs: Logs, found: Sequence[Alternative]) -> tuple[FirstOrder, ...]:
     """Return the improvements by directions that are worth a comparison, the best first."""
-    small = added(found, each_added(logs.model.fits, [one.columns for one in found], WORTH))
+    small = added(found, each_added(logs.fits, [one.columns for one in found], WORTH))
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 
@@ -218,7 +221,8 @@ def faults(
     """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included.
 
     A fault must be confirmed by an estimate, which has more information. If all significant small faults are harmless,
-    none is compared exactly: long logs show errors of a hundredth of a degree.
+    none is compared exactly: long logs show errors of a hundredth of a degree. Impossible positions have few causes, or
+    none that is known: then there is no fault.
     """
     original = seen.logs.problem
 
@@ -245,9 +249,18 @@ def faults(
         others = [each.alternative for each in seen.small if each.alternative is not found.alternative]
         return replace(seen, logs=logs, small=smalls(logs, others))
 
-    return add_significant(
+    every = add_significant(
         seen, significant, extended, most=MOST, confirms=lambda each: isinstance(each, FirstOrder) or confirms(each)
     )
+    if not joints_beyond_limits(seen.logs):
+        yield from every
+        return
+    found = list[Fault]()
+    for each in every:
+        found.append(each)
+        if sum(isinstance(one.best, Exact) for one in found) > MOST_IMPOSSIBLE:
+            return
+    yield from found
 
 
 def _different(likely: Sequence[Screened]) -> list[Alternative]:
@@ -288,7 +301,8 @@ def _in_full(seen: Survey, harmless: Callable[[FirstOrder], bool]) -> list[Exact
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
     likely += [(each.alternative.at(each.value), SETTLED) for each in shown if each not in slight][:LOOKED_AT]
-    found = {key: _scored(seen.logs, each) for key, each in seen.exact.items()}
+    given, found = seen.logs.fits.score, dict[object, Exact]()  # with terms that were added to the model
+    found |= {key: replace(each, u=log_density_improvement(given, each.score)) for key, each in seen.exact.items()}
     for each, least in likely:
         if each.key in seen.exact:
             continue
@@ -307,7 +321,7 @@ def _refined(logs: Logs, first: Alternative, least: float) -> Exact | None:
 def refined(
     first: Alternative,
     compare: Callable[[Alternative], Exact | None],
-    change: Callable[[Exact], Evidence | None],
+    change: Callable[[Exact], Evidence | FirstOrder | None],
     *,
     steps: int,
     least: float,
@@ -342,7 +356,7 @@ def refined(
 def _change(found: Exact) -> Evidence | None:
     """Return the next change of the parameters; None if it is not determined, or if the alternative is unlikely."""
     further = None if found.z < SHOWN - 1.0 else direction_of(found)
-    more = None if further is None else each_added(found.read.model.fits, [further.columns])[0]
+    more = None if further is None else each_added(found.read.fits, [further.columns])[0]
     if more is None or further is None or further.parameters == 1:
         return more
     return replace(more, value=np.clip(more.value, -further.largest, further.largest))  # together they diverge
@@ -359,12 +373,7 @@ def direction_of(found: Exact) -> Alternative | None:
 def compared(logs: Logs, alternative: Alternative) -> Exact | None:
     """Evaluate an alternative exactly; None if the logs cannot be filtered under its hypothesis."""
     try:
-        score = read_as(logs, alternative.hypothesis).model.fits.score
+        score = scored_as(read_as(logs, alternative.hypothesis).fits.score, alternative.hypothesis)
     except IdentificationError:
         return None
-    return _scored(logs, Exact(alternative, np.empty(0), logs, scored_as(score, alternative.hypothesis)))
-
-
-def _scored(logs: Logs, found: Exact) -> Exact:
-    """An alternative compared with the logs as they are, or with terms added to their model."""
-    return replace(found, u=log_density_improvement(logs.model.fits.score, found.score))
+    return Exact(alternative, log_density_improvement(logs.fits.score, score), logs, score)

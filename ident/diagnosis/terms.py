@@ -13,8 +13,7 @@ from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.hypothesis import Alternative, Logs, as_logged, small
 from ident.diagnosis.models import COUPLED, Reference
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, Problem, joint_rows
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
 
@@ -33,10 +32,7 @@ MESSAGES = {
     ),
     "friction law": ("the friction law of the model does not fit", "choose a friction law that fits (nls, friction)"),
     "friction drift": ("friction changes within the logs", WARM_UP),
-    CURRENT_DRIFT: (
-        "the currents' scale drifts within the log",
-        f"{WARM_UP}; magnets weaken with temperature",
-    ),
+    CURRENT_DRIFT: ("the currents' scale drifts within the log", f"{WARM_UP}; magnets weaken with temperature"),
     OFFSET: (
         "the currents are offset from those of the first log",
         f"{WARM_UP}, and zero the current sensors once for all logs",
@@ -55,14 +51,14 @@ def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
         yield _term("position-dependent torque", logs, columns, (j,))
 
 
 def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction with another dependence on speed."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         dq = states(logs, rows)[1]
         even = _polynomials(np.abs(dq), DEGREE // 2)
         columns = np.hstack((even, np.sign(dq)[:, None] * even)) * rows.weight[:, None]
@@ -88,7 +84,7 @@ def states(logs: Logs, rows: Columns) -> tuple[Array, Array]:
 
 def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction that changes within each log."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         own = rows.of_parameter("Fv", "Fc")
         if own.any():
             time = [(rows.since_middle() * (rows.motion == log))[:, None] for log in logs.every]
@@ -97,7 +93,7 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction of a motor that turns with two joints, different in a later log."""
-    for j, rows in enumerate(logs.model.rows):
+    for j, rows in enumerate(logs.rows):
         coupled = rows.of_parameter(*COUPLED)
         if coupled.any() and len(logs.recordings) > 1:
             parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in logs.every[1:]]
@@ -107,7 +103,7 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
     for log in logs.every:
-        explained = zip(logs.model.rows, reference.within(reference.explained, (log,)), strict=True)
+        explained = zip(logs.rows, reference.within(reference.explained, (log,)), strict=True)
         columns = [own * rows.since_middle(log)[:, None] for rows, own in explained if own is not None]
         yield _term(CURRENT_DRIFT, logs, columns, (), (log,))
         yield from (_term(CURRENT_DRIFT, logs, each, (j,), (log,)) for j, each in enumerate(columns))
@@ -117,8 +113,8 @@ def offsets(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
     n = logs.structure.arm.n
     for log in logs.every:
-        level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
-        drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
+        level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.rows]
+        drift = [own * rows.since_middle(log)[:, None] for own, rows in zip(level, logs.rows, strict=True)]
         for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
             yield from (_term(family, logs, each, (j,), (log,)) for j, each in enumerate(columns))
             if n > 1 and columns:
@@ -145,12 +141,13 @@ def _term(
         family=family, words=f"joint {joints[0] + 1}: {words}" if joints else words, joints=joints,
         logs=scope or logs.every, hypothesis=logs.given, advice=advice, unit="%" if family == CURRENT_DRIFT else "",
         term=True, at_fault=family in (OFFSET, OFFSET_DRIFT),
+        refined=lambda value: replace(found, value=_single(value, scale)),
     )  # fmt: skip
     if isinstance(columns, np.ndarray):
         own = [columns if j in joints else None for j in range(logs.structure.arm.n)]
     else:
         own = columns
-    return small(lambda value: replace(found, value=_single(value, scale)), own, scale=scale)
+    return small(found, own, scale=scale)
 
 
 def _single(value: Array, scale: float) -> float | None:
@@ -231,7 +228,6 @@ def _of_payload(
         each[:, felt] = values.reshape(len(each), felt.sum())
         return replace(found, words=words(each.ravel()), value=_single(values, scale))
 
-    return small(
-        sized, [None if each is None else each[:, felt] for each in columns], scale=scale,
-        prior_std=np.array(mounted.com_std)[felt] if family == CENTRE and any(mounted.com_std) else None,
-    )  # fmt: skip
+    std = np.array(mounted.com_std)[felt] if family == CENTRE and any(mounted.com_std) else None
+    own = [None if each is None else each[:, felt] for each in columns]
+    return small(replace(found, refined=sized, prior_std=std), own, scale=scale)

@@ -26,7 +26,7 @@ from scipy.linalg import lapack
 from ident.estimation.blocks import flat, flipped
 from ident.estimation.estimate import GainSolution
 from ident.estimation.intervals import FREE_BLOCK, Basis, Part, Rows, deviations, larger_of, of_changes, rms
-from ident.estimation.rows import OWN
+from ident.estimation.problem import OWN
 from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
@@ -443,12 +443,6 @@ def improvement(better: Fit, than: Fit) -> Array:
     """Reduction of the squares of predictions of omitted blocks, by the weights of the worse fit, shape (n, B)."""
     same = (better.model.sigma / than.model.sigma)[:, None] ** 2
     return than.without_blocks[2] - same * better.without_blocks[2]
-
-
-def z_of(gain: Array) -> float:
-    """Mean of an improvement by block (n, B), summed over joints, in standard errors."""
-    total = gain.sum(axis=0)
-    return float(total.mean() / max(total.std(ddof=1) / np.sqrt(len(total)), 1e-300))
 
 
 def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.intervals import time_blocks
+from ident.estimation.intervals import Layout
 from ident.numerics.least_squares import factors
 from ident.support.arrays import Array, Indices, Mask
 
@@ -28,7 +28,8 @@ DEPENDENT_ALONE = 5e-15
 DEPENDENT_SHARED = 1e-10
 """Relative norm of the new part of a unit column below which a shared parameter is not identifiable."""
 NOTHING = 1e-10
-"""Norm of a column, relative to that on another joint or of another column, below which it is rounding error."""
+"""Norm of a column, relative to that on another joint or of another column, below which it is rounding error. The arm's
+structure cannot tell: columns of compliance and friction follow from torques of a motion, in which joints may rest."""
 SMALL_PIVOT = 1e-9
 """Relative pivot of cross products below which the columns are factorised instead."""
 ROUNDING = 1e-6
@@ -52,37 +53,6 @@ def outside(Q: Array, x: Array) -> tuple[Array, Array]:
     x = x - Q @ along
     more = flipped(Q) @ x  # rounding errors of the first pass
     return x - Q @ more, along + more
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Layout:
-    """Places of the rows of all joints in arrays of shape (n, B, w, ..)."""
-
-    shape: tuple[int, int, int]  # n joints, B time blocks of all motions, w rows of the longest block
-    place: Indices  # place of each row, shape (r,)
-    joint: Indices  # its joint, shape (r,)
-    counts: Indices  # number of rows of each joint, shape (n,)
-
-    @classmethod
-    def of(cls, n: int, joint: Indices, motion: Indices, position: Indices) -> "Layout":
-        """Of rows sorted by joint and motion."""
-        block = time_blocks(motion, position)
-        many = int(block.max(initial=0)) + 1
-        group = joint * many + block
-        counts = np.bincount(group, minlength=n * many)
-        within = np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
-        width = int(counts.max(initial=1))
-        return cls((n, many, width), group * width + within, joint, np.bincount(joint, minlength=n))
-
-    def padded(self, x: Array) -> Array:
-        """From rows (r, m) to (n, B, w, m), padded with zeros."""
-        out = np.zeros((int(np.prod(self.shape)), x.shape[1]))
-        out[self.place] = x
-        return out.reshape(*self.shape, -1)
-
-    def rows(self, x: Array) -> Array:
-        """From (n, B, w, m) to rows (r, m)."""
-        return x.reshape(-1, x.shape[-1])[self.place]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,8 +19,7 @@ from scipy import linalg
 
 from ident.estimation.estimate import GainEstimate, GainSolution, judge_identifiability
 from ident.estimation.intervals import Basis, Rows, rms
-from ident.estimation.problem import NoOptions, Problem
-from ident.estimation.rows import Columns, joint_rows
+from ident.estimation.problem import Columns, NoOptions, Problem, joint_rows
 from ident.model.structure import RANK_TOL, independent_columns
 from ident.numerics.least_squares import LeastSquares, least_squares
 from ident.payload.payload import KnownPayload
@@ -93,14 +92,6 @@ class JointFit:
         return np.concatenate([own @ each.spread for own, each in zip(by_parameter, known, strict=True)])
 
 
-@dataclass(frozen=True, slots=True)
-class NoFit:
-    """A joint without a solution, and the reason."""
-
-    joint: int
-    reason: str
-
-
 Solver = Callable[[GainSystem, float], JointFit]
 """Solves a system, given the smallest relative singular value that counts as nonzero."""
 
@@ -111,21 +102,19 @@ def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
     return JointFit(system, fit, fit.cofactor @ system.W.T)
 
 
-def joint_fit(
-    problem: Problem, joint: int, known: Sequence[KnownPayload], solver: Solver = ordinary
-) -> JointFit | NoFit:
-    """Solve the system of a joint, from 0, or give the reason why it has no solution (paper, eq. 27)."""
+def joint_fit(problem: Problem, joint: int, known: Sequence[KnownPayload], solver: Solver = ordinary) -> JointFit | str:
+    """Solve the system of a joint, from 0, or return the reason why it has no solution (paper, eq. 27)."""
     system = gain_system(problem, joint, known)
     if system is None:
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
-        return NoFit(joint, f"the torque of {what} on this joint cannot be separated from that of the arm")
+        return f"the torque of {what} on this joint cannot be separated from that of the arm"
     try:
         return solver(system, problem.options.rank_tol)
     except NotIdentifiable as error:
-        return NoFit(joint, str(error))
+        return str(error)
 
 
-def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Sequence[KnownPayload]) -> GainSolution:
+def joint_by_joint(problem: Problem, fits: Sequence[JointFit | str], known: Sequence[KnownPayload]) -> GainSolution:
     """Combine the solutions of all joints, in order, which are independent: the influence is block diagonal."""
     solved = [fit for fit in fits if isinstance(fit, JointFit)]
     joints = [each.system.joint for each in solved]
@@ -148,7 +137,7 @@ def joint_by_joint(problem: Problem, fits: Sequence[JointFit | NoFit], known: Se
         load_rms=np.array([each.system.load_rms for each in solved]),
         friction=np.array([each.system.friction @ each.fit.x for each in solved]).reshape(k, 2),
         friction_influence=of_friction.reshape(k, 2, r),
-        unsolved={fit.joint: fit.reason for fit in fits if isinstance(fit, NoFit)},
+        unsolved={joint: fit for joint, fit in enumerate(fits) if isinstance(fit, str)},
     )
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.estimation.all_joints import GIVEN_STD, Sensitivity
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, GainEstimate
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import GainOptions
 from ident.estimation.setting import GivenGain

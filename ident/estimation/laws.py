@@ -25,9 +25,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, fit, improvement, z_of
-from ident.estimation.gain_curve import GainCurve
-from ident.estimation.intervals import deviations
+from ident.estimation.all_joints import Fit, fit, improvement
+from ident.estimation.estimate import GainCurve
+from ident.estimation.intervals import deviations, z_of
 from ident.estimation.setting import Term
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
@@ -130,7 +130,7 @@ def with_laws(terms: Mapping[str, Term], before: Fit, stated: Mapping[str, float
         likely = [law for law in possible if free.of([law]).may_predict]
         while left := [law for law in likely if law not in shown]:
             tried = {law: fitted({each: spread[each] for each in (*shown, law)}, model.fit) for law in left}
-            gain = {law: improvement(each.fit, model.fit) for law, each in tried.items()}
+            gain = {law: improvement(each.fit, model.fit).sum(axis=0) for law, each in tried.items()}
             best = max(left, key=lambda law: float(gain[law].sum()))
             if z_of(gain[best]) < SURE:
                 break

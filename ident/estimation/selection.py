@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, fit, improvement, z_of
-from ident.estimation.gain_curve import GainCurve
-from ident.estimation.intervals import deviations
+from ident.estimation.all_joints import Fit, fit, improvement
+from ident.estimation.estimate import GainCurve
+from ident.estimation.intervals import deviations, z_of
 from ident.estimation.laws import with_laws
 from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
@@ -118,7 +118,7 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
     loads, ready = load_terms(ready, plain, along, tuple(LOAD_FORMS)), with_softened(ready, along)
     speeds = speed_terms(ready, tuple(SPEED_TERMS))
     elastic, soft = np.arange(ready.n), fit(ready.widened(ready.softened), {}, plain)
-    if yielding or z_of(improvement(soft, plain)) > SUSPECTED:
+    if yielding or z_of(improvement(soft, plain).sum(axis=0)) > SUSPECTED:
         beside = [*(term.column for term in speeds.values()), *(loads[form][form] for form in LOAD_FORMS)]
         exact = transmitted_columns(ready, plain, along, beside)
         rigid = np.zeros(ready.n, dtype=bool)
@@ -128,17 +128,17 @@ def selected(ready: Setting, laws: Mapping[str, float], *, corrected: bool = Fal
             if yielding or not len(elastic) or not (rigid := of_negative_compliance(soft, len(elastic))).any():
                 break
     del along  # large for long logs
-    yields = yielding or z_of(improvement(soft, plain)) > BETTER
+    yields = yielding or z_of(improvement(soft, plain).sum(axis=0)) > BETTER
     base, elastic = (soft, elastic) if yields else (plain, elastic[:0])
     bent, chosen = dict[str, list[int]](), dict[str, Term]()
     for law, term in speeds.items():
         gain = improvement(fit(base.ready, {law: term}, base), base)
-        bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
+        bent[law] = [j for j in range(ready.n) if z_of(gain[j]) > BETTER]
         if bent[law]:
             chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
     found = {form: _with_load(form, ready, base, chosen, loads[form], elastic) for form in LOAD_FORMS}
     best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
-    form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
+    form = best if z_of(improvement(found[best].fit, found[MOTOR].fit).sum(axis=0)) > BETTER else MOTOR
     final = found[form]
     rivals = [mixture(final.fit, each.fit) for other, each in found.items() if other != form]
     if yields:
@@ -220,7 +220,10 @@ def _with_load(
         where, columns, belief, free, fitted = base.ready, first, ANY_DRIVE, base, base
         for last in (False, False, True):
             if last:
-                belief = _belief(fitted, form)
+                k = fitted.model.names.index((form, -1))
+                joints = np.flatnonzero(fitted.model.own.used[:, k])
+                noise = fitted.of_own(joints, np.full(len(joints), k)).std
+                belief = prior_of_drives(fitted.phi[joints, k], noise)
             priors, on = SHARES | {form: (belief.mean, belief.std)}, offsets[ready.columns.joint]
             own = {x: Term(np.where(on | (x != OFFSET), c, 0.0), *priors[x]) for x, c in columns.items()}
             terms = {**chosen, **own}
@@ -240,13 +243,6 @@ def _is_possible(fitted: Fit, form: str) -> Mask:
     mean, std = SHARES[OFFSET]
     off = fitted.common(OFFSET, mean) - mean
     return (np.abs(fitted.common(form, 0.0)) < STRONGEST) & (np.abs(off) < BETTER * std)
-
-
-def _belief(free: Fit, form: str) -> Belief:
-    """Return the prior of the joints' coefficients from a fit with a wide one."""
-    k = free.model.names.index((form, -1))
-    joints = np.flatnonzero(free.model.own.used[:, k])
-    return prior_of_drives(free.phi[joints, k], free.of_own(joints, np.full(len(joints), k)).std)
 
 
 def prior_of_drives(seen: Array, noise: Array) -> Belief:

@@ -11,21 +11,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.blocks import (
-    DEPENDENT_ALONE,
-    NOTHING,
-    ROUNDING,
-    Blocks,
-    Layout,
-    Own,
-    flat,
-    flipped,
-    orthonormalising,
-)
+from ident.estimation.blocks import DEPENDENT_ALONE, NOTHING, ROUNDING, Blocks, Own, flat, flipped, orthonormalising
 from ident.estimation.estimate import largest
+from ident.estimation.intervals import Layout, time_blocks
 from ident.estimation.joint_by_joint import JointFit, joint_fit
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns, SharedParameters
+from ident.estimation.problem import Columns, Problem, SharedParameters
 from ident.estimation.sweep import Sweep
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
@@ -140,7 +130,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     names, F = columns.friction(per_motion=per_motion)
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
     recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
-    layout = Layout.of(problem.structure.arm.n, columns.joint, columns.motion, columns.position)
+    block = time_blocks(columns.motion, columns.position)
+    layout = Layout.of(problem.structure.arm.n, columns.joint, block, int(block.max(initial=0)) + 1)
     kV = np.column_stack((k, columns.V))
     blocks = Blocks.of(layout, F, A, kV, np.hstack([kV[:, :0], *columns.W_L]))
     check_rows(blocks, blocks.own)
@@ -200,10 +191,8 @@ def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
         size = np.sqrt(np.diag(normal))
         shown = size > NOTHING * size.max(initial=0.0)  # gravity about a vertical axis is rounding error
         scale = np.where(shown, 1.0 / np.where(shown, size, 1.0), 0.0)
-        values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-        inverse = np.where(values > SMALL * values[-1:], 1.0 / np.where(values > 0.0, values, 1.0), 0.0)
-        right = scale * (h @ A[:, :, -1] - h**2 @ A[:, :, -2])
-        theta = scale * (vectors @ (inverse * (vectors.T @ right)))
+        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=SMALL, hermitian=True)
+        theta = scale * (inverse @ (scale * (h @ A[:, :, -1] - h**2 @ A[:, :, -2])))
         x = np.append(theta, 1.0)  # torque of each joint [A k] x
         length = np.sqrt(np.maximum(np.einsum("a,jab,b->j", x, gram[:, :-1, :-1], x), 0.0))
         along = V[:, :-1] @ x / np.where(length > 0.0, length, 1.0) ** 2

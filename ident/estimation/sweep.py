@@ -20,8 +20,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from ident.estimation.blocks import outside
-from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.rows import SharedParameters
+from ident.estimation.problem import ObservedMotion, Problem, SharedParameters
 from ident.model.arm import Arm
 from ident.model.displacement import Dynamics, Kinematics, States
 from ident.model.parameters import INERTIAL, STANDARD

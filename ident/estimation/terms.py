@@ -147,9 +147,6 @@ def transmitted_columns(ready: Setting, before: Fit, along: Sequence[Torques], b
     own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
     others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
     return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
-    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
-    others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
-    return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
 
 
 def transmitted(sweep: Sweep, before: Fit) -> Array:

@@ -16,8 +16,7 @@ from ident.estimation.estimate import ratio_refusal
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
 from ident.estimation.intervals import UNCERTAINTIES, deviations
 from ident.estimation.known_gains import KnownGains, Shares, held, shares
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, Problem
 from ident.estimation.selection import AlternativeModel, Selected
 from ident.estimation.setting import GivenGain, Setting
 from ident.model.parameters import unit_of

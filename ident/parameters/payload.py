@@ -22,8 +22,7 @@ import numpy as np
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.intervals import deviations
 from ident.estimation.known_gains import KnownGains, Shares
-from ident.estimation.problem import Problem
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, Problem
 from ident.estimation.selection import Selected
 from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.model.parameters import UNITS as PARAMETER_UNITS

@@ -149,7 +149,7 @@ def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
         found.append(LogFault(j, f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next, {ending}", advice))
     currents = np.ascontiguousarray(recording.v.T)
     of_v = [_many_spikes(v, float("inf")) for v in currents]
-    answered = _answered([mask for mask, _ in of_v], recording.q)
+    answered = _answered(of_v, recording)
     for j, v in enumerate(currents):
         if not answered[j]:
             add_many("v", j, v, *of_v[j])
@@ -201,23 +201,29 @@ def foreign_unit(q: Array) -> float:
     return max(1.0, float(np.ptp(np.quantile(q, MIDDLE))) / near) if np.ptp(q) > near else 1.0
 
 
-def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
-    """Return for each joint whether all spikes of its current follow encoder steps, as a response of the controller.
+def _answered(spikes: Sequence[tuple[Mask, Array]], recording: Recording) -> list[bool]:
+    """Return for each joint whether the spikes of its current follow encoder steps, as a response of the controller.
 
-    All joints have one kind of controller, so the probability that they follow by chance is that of all together.
+    All of a joint do (`spikes` by `_many_spikes`); or, of a thinned log, the direction of most depends on that
+    of the last step, separately for both signs of the current, as faults may have the direction of a current, and
+    currents that of the motion. All joints have one kind of controller: the probability by chance is that of all.
     """
     answers, log_chance = list[bool](), 0.0
-    for mask, position in zip(spikes, q.T, strict=True):
+    for (mask, near), q, v in zip(spikes, recording.q.T, recording.v.T, strict=True):
         if not mask.any():
             answers.append(True)
             continue
-        follow = np.zeros(len(q), dtype=np.bool_)
-        stepped = np.flatnonzero(np.diff(position) != 0.0) + 1
-        for later in range(NEAR + 1):
-            follow[np.minimum(stepped + later, len(q) - 1)] = True
-        answers.append(bool(follow[mask].all()))
-        if answers[-1]:
-            log_chance += int(mask.sum()) * float(np.log(follow.mean()))
+        step = np.diff(q, prepend=q[0])
+        last = np.maximum.accumulate(np.where(step == 0.0, -NEAR - 1, np.arange(len(q))))
+        follow = np.arange(len(q)) - last <= NEAR
+        all_follow = int(mask.sum()) * float(np.log(follow.mean())) if follow[mask].all() else 0.0
+        at = np.flatnonzero(mask & follow)
+        cases = 4 * (near[at] > 0.0) + 2 * (step[last[at]] > 0.0) + (v[at] > near[at])
+        counts = np.bincount(cases, minlength=8).reshape(2, 2, 2) + 1e-9  # 0 log 0 is 0
+        free = counts.sum(1, keepdims=True) * counts.sum(2, keepdims=True) / counts.sum((1, 2), keepdims=True)
+        depends = -float(np.sum(counts * np.log(counts / free)))  # likelihood ratio of independence
+        answers.append(bool(follow[mask].all() or depends < np.log(CHANCE)))
+        log_chance += min(all_follow, depends)
     return [each and log_chance < float(np.log(CHANCE)) for each in answers]
 
 

@@ -240,7 +240,7 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
         import pyarrow.parquet as pq
 
         table = pa.table([*map(arrow_array, columns.T)], names=names, metadata={"v": signal} if signal else None)
-        pq.write_table(table, path)
+        pq.write_table(table, path, write_page_checksum=True)
     else:
         head = f"# v: {signal}\n" if signal else ""
         np.savetxt(path, columns, fmt="%.17g", delimiter=",", header=head + ",".join(names), comments="")

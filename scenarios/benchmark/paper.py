@@ -23,8 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.joint_by_joint import joint_by_joint_gains
-from ident.estimation.problem import ObservedMotion, pair
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, ObservedMotion, pair
 from ident.model.parameters import INERTIAL
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
@@ -34,7 +33,7 @@ from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import body_of
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, Report, Table, column, table
-from scenarios.rendering.result import ResultModel, to_json
+from scenarios.rendering.result import ResultModel, to_json, with_digest
 from scenarios.rendering.wording import NONE, sentence
 from scenarios.results.fit import TORQUES, torque_plot
 from scenarios.results.record import check_files, digests_of, read_result, repeated
@@ -334,7 +333,7 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
     pd.concat(rows).to_parquet(folder / ROWS, index=False)
     files = digests_of(folder, [ROWS])
     saved = SavedPaper(seed=run.seed, command=command, versions=versions(), files=files, result=run.result)
-    (folder / PAPER).write_text(to_json(saved.model_dump(mode="json")) + "\n", encoding="utf-8")
+    (folder / PAPER).write_text(to_json(with_digest(saved.model_dump(mode="json"))) + "\n", encoding="utf-8")
 
 
 def page(folder: Path) -> Report:

@@ -233,13 +233,12 @@ def payload_command(options: argparse.Namespace) -> Status:
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.scenario import load_scenario, setup_of
-    from scenarios.support.texts import schema_line
 
     setup = setup_of(load_scenario(options.scenario))
     with output.under_way(options, "weights", STEPS) as progress:
         design = design_payload(setup, density=options.density, seed=options.seed, tell=progress.reach)
     if claim is not None:
-        comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.after.shape)}"
+        comment = f"# {NOMINAL.format(shape=design.after.shape)}"
         with claim.writing():
             write_payload(payload_from_table(design.after.payload), claim.folder / claim.names[0], comment=comment)
     report = design.report(f"Payload for scenario {design.scenario}")

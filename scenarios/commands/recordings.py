@@ -34,7 +34,6 @@ def record_command(options: argparse.Namespace) -> Status:
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report
     from scenarios.results.run_folder import payload_file
-    from scenarios.support.texts import schema_line
     from sim.feedforward_currents import check_torque_limits
 
     setup = setup_of(load_scenario(options.scenario))
@@ -52,7 +51,7 @@ def record_command(options: argparse.Namespace) -> Status:
         path = claim.folder / payload_file(mounting)
         (recorded.kept if path.exists() else recorded.files).append(str(path))
         if not path.exists():
-            write_payload(payload, path, comment=schema_line("payload"))
+            write_payload(payload, path)
     return output.show(recorded.report(page.title), options)
 
 

@@ -132,6 +132,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report
+    from scenarios.rendering.result import to_json, with_digest
     from scenarios.support.versions import versions
 
     loaded = [load_scenario(name) for name in options.scenarios]
@@ -159,8 +160,9 @@ def compare_command(options: argparse.Namespace) -> Status:
     found = Comparison(about=about, scenarios=[compared(*of, texts) for of in zip(names, rows, strict=True)])
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
     with claim.writing():
-        for name in (REPORT, DOCUMENT):
-            write_report(report, options.out / name)
+        write_report(report, options.out / REPORT)
+        text = to_json(with_digest(report.document))
+        (options.out / DOCUMENT).write_text(f"{text}\n", encoding="utf-8")
     return output.show(report, options, passed=found.ran)
 
 

@@ -13,8 +13,7 @@ import numpy as np
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.known_gains import estimated_gains, stated_gains
-from ident.estimation.problem import ObservedMotion
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, ObservedMotion
 from ident.identification import Identification
 from ident.observation.observation import observe
 from ident.parameters.arm import PLAIN, predicted_torque, rel_errors

@@ -22,6 +22,7 @@ from filelock import FileLock, Timeout
 from ident.support.naming import one_line
 from scenarios.experiments.schema import Scenario, ScenarioTable
 from scenarios.experiments.trials import OUTSIDE
+from scenarios.rendering.result import with_digest, without_digest
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import files, versions
 
@@ -99,8 +100,9 @@ class StudyFolder:
         path = self.file(part)
         try:
             with pq.ParquetFile(path, page_checksum_verification=True) as file:
-                return file.read(columns=columns and list(columns), use_threads=False)
-        except (OSError, pa.ArrowException) as error:
+                rows = file.read(columns=columns and list(columns), use_threads=False)
+                return rows.select(columns or rows.column_names)  # refuses missing columns
+        except (OSError, KeyError, pa.ArrowException) as error:
             raise ScenarioError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
     def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
@@ -158,19 +160,20 @@ def study_folder(
             if difference is not None:
                 raise ScenarioError(f"{path}: belongs to another study: {difference}; use another --out")
             count = max(count, known["trials"])  # the most that were requested so far
-        record = {**wanted, "trials": count, "command": command}
+        record = with_digest({**wanted, "trials": count, "command": command})
         _write(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
         yield StudyFolder(path, rows_per_trial)
 
 
 def _record(path: Path) -> dict[str, Any]:
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-        if isinstance(record["trials"], int):
-            return record
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise ScenarioError(f"{path}: not the record of a study; use another --out")
+        stated = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        stated = None
+    record: Any = without_digest(stated, path)
+    if not isinstance(record, dict) or not isinstance(record.get("trials"), int):
+        raise ScenarioError(f"{path}: not the record of a study; use another --out")
+    return record
 
 
 def _first_difference(there: object, here: object, place: str) -> str | None:

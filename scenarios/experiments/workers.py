@@ -151,8 +151,16 @@ def local_processes(jobs: int) -> Generator[Workers]:
     """Processes of this machine, terminated at exit; they end themselves if this process is killed."""
     before, environment = set(multiprocessing.active_children()), dict(os.environ)
     start = multiprocessing.get_context(_start_method())
+
+    def opened() -> _Pool:
+        try:
+            return _Pool(jobs, start, initializer=_begin_work, initargs=(environment,))
+        except OSError as error:  # of its semaphores
+            said = f"no worker can be started: {error.strerror}; make /dev/shm writable, or use --dask"
+            raise ScenarioError(said) from error
+
     try:
-        yield Workers(lambda: _Pool(jobs, start, initializer=_begin_work, initargs=(environment,)), lambda: jobs)
+        yield Workers(opened, lambda: jobs)
     finally:
         for child in set(multiprocessing.active_children()) - before:
             child.kill()

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from ident.diagnosis.diagnosis import SPOILS, Severity, two_digits
 from ident.diagnosis.gain_checks import IMPLAUSIBLE, LINK_MASSES
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, GainEstimate, IdentifiedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
 from ident.parameters.weighing import GainsOutcome

@@ -14,8 +14,7 @@ import numpy as np
 from pydantic import Field, JsonValue
 
 from ident.diagnosis.gain_checks import negative
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, GainEstimate, IdentifiedGain
 from ident.estimation.known_gains import JointTorque, KnownGains, estimated_gains
 from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table
@@ -25,10 +24,10 @@ from ident.support.errors import GainsError
 from ident.support.files import read_toml
 from ident.support.naming import one_line, shown
 from ident.support.options import keys_of
-from scenarios.rendering.result import to_json
+from scenarios.rendering.result import to_json, with_digest, without_digest
 from scenarios.results.problem_folder import GivenProblem, read_json
 from scenarios.support.errors import ScenarioError
-from scenarios.support.texts import schema_line, toml_value
+from scenarios.support.texts import toml_value
 from scenarios.support.versions import versions
 from sim.tables import Table, validated_table
 
@@ -140,8 +139,7 @@ class GainsFile(Table):
     @property
     def table(self) -> dict[str, object]:
         """All known values, with the digest of the others."""
-        own = self.model_dump(mode="json", exclude_none=True, exclude={"digest"})
-        return {**own, "digest": hashlib.sha256(to_json(own).encode()).hexdigest()}
+        return with_digest(self.model_dump(mode="json", exclude_none=True))
 
     @property
     def known(self) -> KnownGains:
@@ -200,13 +198,10 @@ def read_gains(path: Path) -> GainsFile:
     table = read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
     if not isinstance(table, Mapping) or "gains" not in table:
         raise ScenarioError(f"{where}: no gains; expected a gains file, as `rx90 identify --gains-out` writes it")
-    file = validated_table(GainsFile, table, where, ScenarioError)
-    if file.digest not in (None, file.table["digest"]):
-        advice = "identify again, or remove `digest` if the change is meant"
-        raise ScenarioError(f"{where}: changed or damaged since it was written, as its digest shows; {advice}")
+    file = validated_table(GainsFile, without_digest(table, path), where, ScenarioError)
     for fault in _faults(file):
         raise ScenarioError(f"{where}: {fault}")
-    return file.model_copy(update={"digest": None})
+    return file
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
@@ -310,7 +305,7 @@ def gains_text(file: GainsFile, ending: str) -> str:
             continue
         for each in own:
             tables += ["", head, *(f"{name} = {toml_value(inner)}" for name, inner in each.items())]
-    return "\n".join([schema_line("gains"), *plain, *tables]) + "\n"
+    return "\n".join([*plain, *tables]) + "\n"
 
 
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:

@@ -29,7 +29,6 @@ from ident.support.naming import one_line
 from ident.support.options import options_from_table
 from scenarios.rendering.result import to_json
 from scenarios.support.errors import ScenarioError
-from scenarios.support.texts import schema_line
 from sim.tables import Table, validated_table
 
 Options = TypeVar("Options")
@@ -124,7 +123,7 @@ def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTabl
     for motion, name in zip(problem.motions, names, strict=True):
         write_recording(motion.recording, folder / name.recording)
         if motion.payload is not None and name.payload is not None:
-            write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
+            write_payload(motion.payload, folder / name.payload)
     minimal, A = minimal_model(problem.model, problem.flange), problem.arm.transmission
     model = MODELS[minimal.kind == "urdf"]
     (folder / model).write_text(minimal.text + "\n", encoding="utf-8")

@@ -22,7 +22,7 @@ from ident.recordings.files import read_log
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
-from scenarios.rendering.result import ResultModel
+from scenarios.rendering.result import ResultModel, to_json, with_digest, without_digest
 from scenarios.rendering.wording import many
 from scenarios.results.fit import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import (
@@ -138,14 +138,15 @@ def save_result(
         versions=versions(),
         files=digests_of(folder, [*stated.written, *written]),
     )
-    write_json(folder / RECORD, record)
+    values = with_digest(record.model_dump(mode="json"))
+    (folder / RECORD).write_text(to_json(values) + "\n", encoding="utf-8")
 
 
 def read_record(folder: Path) -> RecordFile:
     """Read the record of a folder; raises `ScenarioError` if there is no valid one, or a file is missing or changed."""
     again, place = "save it again with this version of rx90", one_line(folder / RECORD)
     try:
-        record = validated_table(RecordFile, read_json(folder / RECORD), place, ScenarioError)
+        record = validated_table(RecordFile, without_digest(read_json(folder / RECORD), place), place, ScenarioError)
     except ScenarioError as error:
         raise ScenarioError(f"{error}; {again}") from error
     check_files(folder, record.files, RECORD)
@@ -158,7 +159,7 @@ def read_result(folder: Path, kind: type[Kept], name: str = RESULT, otherwise: s
     """Read the result in a file of a folder; raises `ScenarioError` if it is not of this kind but is `otherwise`."""
     path = folder / name
     try:
-        return kind.model_validate(read_json(path))
+        return kind.model_validate(without_digest(read_json(path), path))
     except ValidationError as error:
         raise ScenarioError(f"{one_line(path)}: {otherwise}: {fault_of(error)}") from error
 

@@ -19,7 +19,6 @@ from scenarios.results.fit import ROWS, fit_of
 from scenarios.results.gains import Result
 from scenarios.results.problem_folder import MODELS, GivenProblem, MotionTable
 from scenarios.results.record import RECORD, RESULT, coupling_words, identify_words, option_words, save_result
-from scenarios.support.texts import schema_line
 
 TRUTH = "truth.json"
 
@@ -60,7 +59,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     if run.check is not None and run.cost is not None:
         more += [f"{CHECK}.parquet", payload_file(CHECK)]
         write_recording(run.check, folder / more[1])
-        write_payload(run.cost.assumed.weighed.payload, folder / more[2], comment=schema_line("payload"))
+        write_payload(run.cost.assumed.weighed.payload, folder / more[2])
     drives, bodies = setup.experiments[0].plant.drives, {name: asdict(x) for name, x in setup.true_payloads.items()}
     truth = {
         "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},

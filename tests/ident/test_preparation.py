@@ -92,9 +92,9 @@ def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
     found = prepared(axes, logs[0], frozen(logs[1])).logs()
     hypothesis = as_logged(axes.arm, 2)
     same = read_as(found, hypothesis)
-    assert [len(each.V) for each in same.model.rows] == [len(each.V) for each in found.model.rows]
+    assert [len(each.V) for each in same.rows] == [len(each.V) for each in found.rows]
     exchanged = read_as(found, hypothesis.changed([1], v_order=np.array([1, 0, 2])))
-    lost = len(found.model.rows[0].V) - len(exchanged.model.rows[0].V)
+    lost = len(found.rows[0].V) - len(exchanged.rows[0].V)
     assert lost > 50  # the current that froze is that of joint 1 now, and its position is that of joint 2
 
 

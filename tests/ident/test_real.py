@@ -11,8 +11,7 @@ import pytest
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import compared
 from ident.estimation.known_gains import KnownGains, estimated_gains
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, GainOptions, ObservedMotion, Problem
 from ident.identification import identify
 from ident.model.arm import load_arm
 from ident.model.regressor import inverse_dynamics

@@ -21,14 +21,7 @@ from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected, selected
 from ident.estimation.setting import GivenGain, Setting, Term, setting
 from ident.estimation.sweep import independent_misplacements
-from ident.estimation.terms import (
-    LOAD_FORMS,
-    SPEED_TERMS,
-    columns_along,
-    speed_terms,
-    torques_of,
-    with_softened,
-)
+from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, columns_along, speed_terms, torques_of, with_softened
 from ident.model.displacement import Dynamics
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, OptionError

@@ -17,8 +17,7 @@ import numpy as np
 from ident.estimation.estimate import FoundParameter, GainEstimate, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.joint_by_joint import JointFit, joint_by_joint, joint_fit
-from ident.estimation.problem import NoOptions, Problem
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, NoOptions, Problem
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights

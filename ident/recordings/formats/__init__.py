@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from io import BufferedIOBase
 from itertools import islice
 from pathlib import Path
 from typing import Protocol, TypeAlias, runtime_checkable
@@ -178,6 +179,15 @@ def check_size(values: int) -> None:
     """Refuse to read more than `MOST_VALUES` values."""
     if values > MOST_VALUES:
         raise RecordingError(f"{values} numbers; up to {MOST_VALUES} are read, take a part of it")
+
+
+def check_unpacked(stream: BufferedIOBase, most: int) -> None:
+    """Refuse a stream that unpacks to more than `most` bytes, before it is unpacked whole; to its beginning if not."""
+    size = 0
+    while piece := stream.read(1_000_000):
+        size += len(piece)
+        if size > most:
+            raise RecordingError(f"more than {most / 1e6:g} MB unpacked; take a part of it")
 
 
 def listed(names: Iterable[str], most: int = 8) -> str:

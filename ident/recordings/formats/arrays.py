@@ -37,6 +37,8 @@ LARGEST = 4_000_000_000
 """Largest size of a file [bytes]; of Parquet, only requested columns are read."""
 LARGEST_JSON = 1_000_000_000
 """Largest size of a text in JSON [bytes]; it is read whole."""
+MOST_NESTED = 1000
+"""Largest number of arrays, and of objects, of a sample in JSON."""
 
 
 def open_arrays(path: Path, _: LogDescription) -> Table:
@@ -65,7 +67,8 @@ def open_hdf5(path: Path, _: LogDescription, *, matlab: bool = False) -> Table:
 
         def keep(name: str, found: "h5py.Dataset | h5py.Group") -> None:
             if isinstance(found, h5py.Dataset) and found.dtype.kind in "iufV" and found.ndim in (1, 2):
-                check_size(sum(each.size for each in arrays.values()) + math.prod(found.shape))
+                own = math.prod(found.shape) * found.dtype.itemsize
+                check_size((sum(each.nbytes for each in arrays.values()) + own) // 8)
                 arrays[name.replace("/", ".")] = np.squeeze(found[()].T) if matlab else found[()]
 
         file.visititems(keep)
@@ -99,6 +102,10 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
     import pyarrow.json as pj
 
     check_file(path, most_bytes=LARGEST_JSON, error=RecordingError)
+    with path.open("rb") as lines:  # nesting overflows the stack of pyarrow
+        deep = next((k for k, line in enumerate(lines, 1) if max(map(line.count, (b"[", b"{"))) > MOST_NESTED), None)
+    if deep is not None:
+        raise RecordingError(f"line {deep} has more than {MOST_NESTED} arrays or objects; expected one of a sample")
     with readable("JSON lines, an object with the same keys per line"):
         table: pa.Table = pj.read_json(path)
         while any(isinstance(kind, pa.StructType) for kind in table.schema.types):
@@ -107,7 +114,7 @@ def open_json_lines(path: Path, _: LogDescription) -> Table:
     def read(names: Sequence[str]) -> "pa.Table":
         return table.select(list(names))
 
-    return arrow_table(table.schema, table[:1], read)
+    return arrow_table(table.schema, lambda name: len(table[name][0].as_py() or ()), read)
 
 
 def frame_table(frame: DataFrame) -> Table:
@@ -145,32 +152,37 @@ def open_parquet(path: Path, _: LogDescription) -> Table:
 
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     with readable("a readable Parquet file"):
-        file = pq.ParquetFile(path)
-        first = next(file.iter_batches(batch_size=1), None) if any(map(_is_list, file.schema_arrow.types)) else None
+        file = pq.ParquetFile(path, page_checksum_verification=True)
+
+    def values(name: str) -> int:
+        groups = map(file.metadata.row_group, range(file.metadata.num_row_groups))
+        parts = [group.column(k) for group in groups for k in range(group.num_columns)]
+        return sum(part.num_values for part in parts if f"{part.path_in_schema}.".startswith(f"{name}."))
 
     def read(names: Sequence[str]) -> "pa.Table":
-        check_size(file.metadata.num_rows * len(names))
+        check_size(sum(map(values, names)))
         with readable("a readable Parquet file"):
             return file.read(columns=list(names))
 
-    return arrow_table(file.schema_arrow, first, read)
+    return arrow_table(file.schema_arrow, lambda name: round(values(name) / max(1, file.metadata.num_rows)), read)
 
 
-def arrow_table(
-    schema: "pa.Schema", first: "pa.RecordBatch | pa.Table | None", read: "Callable[[Sequence[str]], pa.Table]"
-) -> Table:
-    """Return the table of columns of Arrow; the first row has the widths of columns of arrays."""
+def arrow_table(schema: "pa.Schema", width: Callable[[str], int], read: "Callable[[Sequence[str]], pa.Table]") -> Table:
+    """Return the table of columns of Arrow; `width` is the number of entries of a row, of a column of arrays."""
     import pyarrow as pa
 
-    widths = dict[str, int | None]()
-    for field in schema:
-        cell = first.column(field.name)[0].as_py() if first and _is_list(field.type) else None
-        fixed = field.type.list_size if isinstance(field.type, pa.FixedSizeListType) else len(cell or ())
-        widths[field.name] = fixed if _is_list(field.type) else None
+    lists = {field.name: getattr(field.type, "list_size", 0) for field in schema if _is_list(field.type)}
+    widths = {name: lists[name] or width(name) if name in lists else None for name in schema.names}
 
     def arrays(names: Sequence[str], dated: Set[str]) -> Mapping[str, np.ndarray]:
+        for name in names:
+            kind = schema.field(name).type
+            while hasattr(kind, "value_type"):  # of arrays, or by a dictionary
+                kind = kind.value_type
+            numbers = pa.types.is_decimal(kind) or pa.types.is_integer(kind) or pa.types.is_floating(kind)
+            check_kind(name, kind, dates=pa.types.is_timestamp(kind), numbers=numbers, dated=name in dated)
         table = read(names)
-        return {name: _numbers(name, table[name], dated=name in dated) for name in names}
+        return {name: _numbers(name, table[name]) for name in names}
 
     return table_of(widths, arrays)
 
@@ -181,7 +193,7 @@ def _is_list(kind: object) -> bool:
     return isinstance(kind, pa.ListType | pa.FixedSizeListType)
 
 
-def _numbers(name: str, column: "pa.ChunkedArray", *, dated: bool) -> np.ndarray:
+def _numbers(name: str, column: "pa.ChunkedArray") -> np.ndarray:
     """Return a column as an array, shape (N,), or (N, k) of arrays; a missing value is NaN, which recordings refuse."""
     import pyarrow as pa
 
@@ -190,23 +202,20 @@ def _numbers(name: str, column: "pa.ChunkedArray", *, dated: bool) -> np.ndarray
         import pyarrow.compute as pc
 
         lengths = np.array(pc.list_value_length(column).to_pylist(), np.float64)  # NaN for a missing row
-        odd = np.flatnonzero(~(lengths == lengths[:1]))
-        if len(odd):
-            raise RecordingError(
-                f"column {one_line(name)}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has"
-            )
+        width = int(np.fmax.reduce(lengths, initial=getattr(kind, "list_size", 0)))
+        if (odd := lengths != width).any():
+            row = int(odd.argmax()) + 1
+            raise RecordingError(f"column {one_line(name)}: row {row} does not have {width} numbers, as others have")
         flat = pa.chunked_array([chunk.flatten() for chunk in column.chunks], kind.value_type)
-        width = int(lengths[0]) if len(lengths) else getattr(kind, "list_size", 0)
-        return _numbers(name, flat, dated=dated).reshape(len(lengths), width)
+        return _numbers(name, flat).reshape(len(lengths), width)
     if isinstance(kind, pa.DictionaryType):
         column, kind = column.cast(kind.value_type), kind.value_type
-    dates, is_decimal = pa.types.is_timestamp(kind), pa.types.is_decimal(kind)
-    numbers = is_decimal or pa.types.is_integer(kind) or pa.types.is_floating(kind)
-    check_kind(name, kind, dates=dates, numbers=numbers, dated=dated)
-    if dates:
+    if pa.types.is_timestamp(kind):
         ns = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
         return _plain(ns.fill_null(np.iinfo(np.int64).min)).view("M8[ns]")  # not a time
-    if is_decimal or column.null_count:  # a cast imports compute kernels, a tenth of the time of a command
+    if (
+        pa.types.is_decimal(kind) or column.null_count
+    ):  # a cast imports compute kernels, a tenth of the time of a command
         with placed(f"column {one_line(name)}"), readable(f"exact as float64, write it so; it is {kind}"):
             column = column.cast(pa.float64(), safe=not pa.types.is_integer(kind)).fill_null(np.nan)
     return _plain(column)

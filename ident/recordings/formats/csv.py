@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, listed, merged, readable
+from ident.recordings.formats import KNOWN, OURS, Columns, LogFormat, Table, check_unpacked, listed, merged, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import shown
@@ -198,9 +198,8 @@ def _lines(path: Path, encoding: str | None) -> list[str]:
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):
         with readable("a readable gzip file"):
-            content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise RecordingError(f"more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
+            check_unpacked(gzip.GzipFile(fileobj=io.BytesIO(content)), LARGEST)
+            content = gzip.decompress(content)
     kind = next((name for start, name in BINARY.items() if content.startswith(start)), None)
     if kind is not None:
         raise RecordingError(kind)

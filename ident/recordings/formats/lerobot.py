@@ -156,7 +156,7 @@ def _parquet(path: Path, folder: str, episode: int | None = None) -> Table:
             check_size(data.count_rows(filter=wanted) * len(names))
             return data.to_table(columns=list(names), filter=wanted)
 
-    return arrow_table(data.schema, first if len(first) else None, read)
+    return arrow_table(data.schema, lambda name: len(first[name][0].as_py() or ()) if len(first) else 0, read)
 
 
 def _time(fps: float, t: Array, frame: Array) -> Array:

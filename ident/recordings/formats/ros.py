@@ -5,16 +5,19 @@ One topic of `sensor_msgs/JointState` or `control_msgs/DynamicJointState` is rea
 """
 
 import importlib.util
+import os
+import struct
 from array import array
 from collections.abc import Iterable, Sequence, Set
 from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from ident.recordings.description import JOINT_STATES, LogDescription
-from ident.recordings.formats import Columns, LogFormat, Table, check_size, listed, readable
+from ident.recordings.formats import Columns, LogFormat, Table, check_size, check_unpacked, listed, readable
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 from ident.support.files import check_file
@@ -42,8 +45,10 @@ NO_CURRENT = (POSITION, ".velocity", ".acceleration")
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
 """Largest size of a file [bytes]; chunks are read one at a time."""
-LARGEST_CHUNK = 256_000_000
-"""Largest size of an unpacked chunk [bytes]; writers begin a new one after some megabytes."""
+HEADER, CHUNK = 1, 6
+"""Codes of records of an MCAP file: the first one, and those that hold others, compressed."""
+LARGEST_CHUNK = 100_000_000
+"""Largest size of an unpacked chunk or message [bytes]; writers begin a new one after some megabytes."""
 
 
 def open_ros(path: Path, description: LogDescription) -> Table:
@@ -57,13 +62,16 @@ def open_ros(path: Path, description: LogDescription) -> Table:
     if importlib.util.find_spec("rosbags") is None:
         raise RecordingError(needed_extra("rosbags") or "")
     from rosbags.rosbag2 import Reader
+    from rosbags.rosbag2.storage_mcap import zstd
 
+    with _readable():
+        for each in path.glob("*.mcap") if path.is_dir() else [path] * (path.suffix == ".mcap"):
+            _check_chunks(each)
     with _readable(), Reader(path) as reader:
+        for storage in getattr(reader.storage, "storages", ()) if reader.compression_mode == "message" else ():
+            for *_, message in storage.messages(storage.connections):
+                check_unpacked(zstd.open(BytesIO(message)), LARGEST_CHUNK)
         connections = _connections(reader.connections, description.topic)
-        for storage in getattr(reader.storage, "storages", [reader.storage]):
-            largest = max((chunk.uncompressed_size for chunk in getattr(storage, "chunks", ())), default=0)
-            if largest > LARGEST_CHUNK:
-                raise RecordingError(f"a chunk of {largest / 1e6:.4g} MB; up to {LARGEST_CHUNK / 1e6:g} are read")
         tables = _tables(reader.messages(connections))
     if not tables:
         raise RecordingError(f"topic {one_line(connections[0].topic)} has no message")
@@ -95,6 +103,28 @@ def open_ros(path: Path, description: LogDescription) -> Table:
         positions=by_joint(POSITION, "rad"),
         currents={f"{{joint}}{each}": by_joint(each, "") for each in endings if each not in NO_CURRENT},
     )
+
+
+def _check_chunks(path: Path) -> None:
+    """Refuse an MCAP file not of ROS 2, or with a chunk of more than `LARGEST_CHUNK`, which is unpacked whole."""
+    import lz4.frame
+    from rosbags.rosbag2.storage_mcap import zstd
+
+    opened = {b"zstd": zstd.open, b"lz4": lz4.frame.open}
+    with path.open("rb") as file:
+        file.seek(len(b"\x89MCAP0\r\n"))
+        while len(head := file.read(9)) == 9:
+            kind, size = struct.unpack("<BQ", head)
+            end = file.tell() + size
+            if kind == HEADER and file.read(8)[4:] != b"ros2":  # a length, and the profile
+                advice = "write its messages as JSON lines, such as by `mcap cat --json`, and name that file .jsonl"
+                raise RecordingError(f"an MCAP file of other messages than those of ROS 2; {advice}")
+            if kind == CHUNK:
+                *_, length = struct.unpack("<QQQII", file.read(32))  # of the name of the compression
+                if compression := opened.get(file.read(length)):
+                    file.seek(8, os.SEEK_CUR)
+                    check_unpacked(compression(BytesIO(file.read(end - file.tell()))), LARGEST_CHUNK)
+            file.seek(end)
 
 
 def _readable() -> AbstractContextManager[None]:

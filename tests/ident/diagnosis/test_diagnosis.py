@@ -14,7 +14,15 @@ from real_friction import Truth
 from ident.diagnosis.column_faults import couplings, scaled
 from ident.diagnosis.diagnose import _effects, _Known, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import between, consequence, diagnosis_of, of_currents, of_ratios, severity_of, stated
+from ident.diagnosis.effects import (
+    HeldOutEstimate,
+    between,
+    consequence,
+    diagnosis_of,
+    of_currents,
+    of_ratios,
+    severity_of,
+)
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.lacks import beyond_prior
@@ -124,7 +132,7 @@ def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever
 def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
-    (small,) = added([zero], each_added(sound_survey.logs.model.fits, [zero.columns]))
+    (small,) = added([zero], each_added(sound_survey.logs.fits, [zero.columns]))
     rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
     moved = influence @ np.concatenate([each @ small.value for each in zero.columns])
@@ -142,7 +150,7 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
     def fits(*variance: float) -> SimpleNamespace:
         score = SimpleNamespace(variance=np.array(variance))
         rows = [SimpleNamespace(V=np.array([6.0, -8.0]) * (k + 1.0)) for k in range(3)]  # rms of 7.07 times 1 to 3
-        return SimpleNamespace(model=SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score)))
+        return SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score))
 
     hypothesis = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
     found = SimpleNamespace(alternative=SimpleNamespace(hypothesis=hypothesis, logs=(1,)), read=fits(0.4, 1.7, 9.0))
@@ -233,7 +241,7 @@ def test_a_fault_without_a_size_is_wrong_however_little_it_changes(sound_survey)
         (next(iter(couplings(logs))), Severity.WRONG),
         (scaled(logs, (1,), (), 1.01), Severity.WEAK),
     ):
-        found = diagnosis_of(Exact(alternative, np.ones(3), logs, logs.model.fits.score), (), logs.names, small)
+        found = diagnosis_of(Exact(alternative, np.ones(3), logs, logs.fits.score), (), logs.names, small)
         assert found.severity is severity
 
 
@@ -264,12 +272,12 @@ def test_a_fault_that_changes_no_gain_noticeably_is_left_to_what_the_estimate_la
     for gross in ((), (Screened(best, 40.0),)):
         assert best.key not in left((small,), gross)
     assert left((small, replace(others[0], u=small.u)))[0] == best.key
-    known = _Known(estimate, stated(behind.problem, estimate), None)
+    known = _Known(HeldOutEstimate(behind.problem, estimate))
     assert not known.harmless(small)
     smaller = replace(small, value=0.01 * small.value)
     assert known.harmless(smaller)
     assert not known.harmless(replace(smaller, alternative=replace(small.alternative, largest=0.0)))
-    assert not _Known(estimate, None, None).harmless(smaller)
+    assert not _Known(HeldOutEstimate(behind.problem, without_influence(estimate))).harmless(smaller)
 
 
 @pytest.fixture(scope="module")

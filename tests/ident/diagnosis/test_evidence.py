@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.diagnosis.evidence import BLOCKS, Evidence, Fits, Score, each_added, fits_of, free_fit, z_of
+from ident.diagnosis.evidence import Evidence, Fits, Score, each_added, free_fit
 from ident.diagnosis.evidence import log_density_improvement as improvement
 from ident.diagnosis.hypothesis import scored_as
 from ident.diagnosis.models import numbered_blocks
+from ident.estimation.intervals import BLOCKS, z_of
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
@@ -42,7 +43,7 @@ class Made:
     @property
     def fits(self) -> Fits:
         parts = zip(self.W, self.V, self.block, strict=True)
-        return fits_of([free_fit(*each, 2 * BLOCKS) if len(each[1]) > 3 else None for each in parts])
+        return Fits(tuple(free_fit(*each, 2 * BLOCKS) if len(each[1]) > 3 else None for each in parts))
 
     def squares(self, columns: list[np.ndarray | None]) -> np.ndarray:
         """Sums of squares of joints 1 and 3 in each block, by a fit without it; columns share coefficients."""
@@ -99,9 +100,9 @@ def test_long_blocks_are_predicted_as_short_ones(rng):
     # (I - Q_b Q_b') times the held-out residual is the residual: of blocks of more than twice as many rows as columns.
     block = np.repeat(np.arange(3), (31, 9, 47))
     fit = free_fit(rng.normal(size=(87, 5)) * (0.3, 7.0, 2.0, 5.0, 11.0), rng.normal(size=87), block, 3)
-    assert fit.width > 2 * fit.Q.shape[1]
+    assert fit.layout.shape[2] > 2 * fit.Q.shape[1]
     x, Q = rng.normal(size=(87, 2)), fit.Q.at(np.arange(87))
-    found = fit.predicted(x).reshape(-1, 2)[fit.place]
+    found = fit.layout.rows(fit.predicted(x))
     for b in range(3):
         own = block == b
         np.testing.assert_allclose(found[own] - Q[own] @ (Q[own].T @ found[own]), x[own], rtol=0, atol=1e-12)
@@ -110,7 +111,7 @@ def test_long_blocks_are_predicted_as_short_ones(rng):
 def test_a_joint_with_dependent_columns_is_predicted_as_without_them(made):
     W, V, block = made.W[0], made.V[0], made.block[0]
     doubled = np.column_stack((W, W[:, 0] - 3.0 * W[:, 2], np.zeros(len(V))))
-    plain, other = (fits_of([free_fit(each, V, block, 40)]).score.squares for each in (W, doubled))
+    plain, other = (Fits((free_fit(each, V, block, 40),)).score.squares for each in (W, doubled))
     np.testing.assert_allclose(other, plain, rtol=1e-6)  # a prior of 1e-9 on each of unit columns
 
 
@@ -155,7 +156,7 @@ def test_columns_that_the_model_knows_add_nothing(made):
         assert added(made.fits, columns) is None
 
     for unit in (1e-5, 1e5):  # of the currents
-        fits = fits_of([free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS)])
+        fits = Fits((free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS),))
         assert added(fits, [known[0] + made.columns[0][:, :1]]) is not None
         assert added(fits, [known[0]]) is None
 

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, at, changed, exchanged, logs_of
+from consistency_logs import LOOSE, at, changed, doubted, exchanged, logs_of
 from known_logs import BRICK, mounted
 from real_friction import Truth
 
 from ident.diagnosis import column_faults, encoding_faults, families
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.diagnosis.hypothesis import Logs
+from ident.diagnosis.hypothesis import Alternative, Logs
 from ident.diagnosis.screening import screened
+from ident.diagnosis.search import Exact, Survey, faults
 from ident.identification import check, identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import prepare
@@ -112,6 +113,31 @@ def test_a_fault_of_one_of_two_bare_logs_is_named_and_what_it_spoils_is_not_trus
     assert "q2 is negated" in found.sentence
     assert found.logs in (("second",), ("bare",))  # which of the two is wrong nobody knows
     assert found.severity is Severity.WRONG
+
+
+@pytest.mark.parametrize("further", [1, 2])
+def test_impossible_positions_have_a_cause_that_makes_them_possible_and_few_others_beside(axes, monkeypatch, further):
+    logs = doubted(axes, [changed(each, q=np.rad2deg(each.q)) for each in logs_of(Truth())])
+
+    def shown(alternative: Alternative, gain: float, logs: Logs = logs) -> Exact:
+        return Exact(alternative, gain * np.linspace(0.9, 1.1, 40), logs, None)
+
+    likely = column_faults.scaled(logs, (1,), (), 1.3)
+    unit = encoding_faults.in_unit(logs, (0, 1), (0, 1, 2), np.pi / 180.0, "in degrees")
+    asked = list[Logs]()
+
+    def in_full(seen: Survey, _) -> list[Exact]:
+        asked.append(seen.logs)
+        if seen.logs is logs:
+            return [shown(likely, 3.0), shown(unit, 1.0)]
+        return [shown(replace(likely, hypothesis=seen.logs.given), 2.0, seen.logs)] * (len(asked) <= further + 1)
+
+    monkeypatch.setattr("ident.diagnosis.search.survey", lambda logs: Survey(logs, None, ()))
+    monkeypatch.setattr("ident.diagnosis.search._in_full", in_full)
+    monkeypatch.setattr("ident.diagnosis.search.screened", lambda *_: [])
+    found = [*faults(Survey(logs, None, ()))]
+    assert [each.best.alternative.family for each in found] == ([] if further > 1 else ["unit", "current scale"])
+    assert len(asked) == 3  # the third finds that nothing is left, or ends the search
 
 
 def test_sound_logs_raise_nothing_anywhere(axes):

@@ -152,5 +152,5 @@ def test_a_clock_changes_no_sample_that_filters_combine(axes):
     motions = (ObservedMotion(observe(log, axes, options), each) for log, each in zip(recorded, PAYLOADS, strict=True))
     logs = Logs(tuple(recorded), Problem(axes, tuple(motions), LOOSE), options, (None, None))
     other = read_as(logs, logs.given.changed(logs.every, clock=1.25))
-    for before, after in zip(logs.model.rows, other.model.rows, strict=True):
+    for before, after in zip(logs.rows, other.rows, strict=True):
         np.testing.assert_allclose(after.V, before.V, atol=1e-9 * np.std(before.V))  # rounding of the filters

@@ -9,8 +9,8 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Effect, Exclusion
-from ident.diagnosis.effects import HeldOutEstimate, stated
-from ident.diagnosis.evidence import log_density_improvement, z_of
+from ident.diagnosis.effects import HeldOutEstimate
+from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.limits import (
     LIMITS,
     SIZES,
@@ -26,6 +26,7 @@ from ident.diagnosis.screening import SURELY_WORSE, Screened
 from ident.diagnosis.search import SHOWN, Survey, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.intervals import z_of
 from ident.payload.payload import Payload
 
 
@@ -57,7 +58,7 @@ def direction(seen: Survey, *key: object, logs: tuple[int, ...] = (0, 1)):
 
 
 def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(six, seen):
-    fits = six.model.fits
+    fits = six.fits
 
     def z(found, size: float) -> float:
         squares = fits.score.squares.copy()
@@ -80,7 +81,7 @@ def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_i
 def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(six, seen):
     found = {each.family: each for each in excluded(seen) if each.limit is not None}
     zeros = found["zero"]
-    limits = bounds(six.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
+    limits = bounds(six.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
@@ -90,7 +91,7 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(six, seen):
         ("delay", (0, 1), 1e3, "delays of one current in one log beyond {} ms"),
         ("current scale", (1,), 100.0, "errors of one current's scale in one log beyond {} %"),
     ):
-        sizes = [bounds(six.model.fits, [direction(seen, family, (j,), logs=(k,)) for k in logs]) for j in range(6)]
+        sizes = [bounds(six.fits, [direction(seen, family, (j,), logs=(k,)) for k in logs]) for j in range(6)]
         shown = {j: scale * max(size) for j, size in enumerate(sizes) if None not in size}
         assert found[family].joints == tuple(shown)
         each = ", ".join(f"{size:.2g} (v{j + 1})" for j, size in shown.items())
@@ -107,7 +108,7 @@ def faint(seen: Survey, family: str, factor: float) -> Survey:
 def test_scales_and_clocks_that_are_not_excluded_are_said_to_be_untold_with_what_they_move(axes):
     recorded = logs_of(Truth(), seed=3)
     logs = doubted(axes, recorded)
-    seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
+    seen, base = survey(logs), HeldOutEstimate(logs.problem, all_joints(logs.problem))
 
     def moved(*wrong) -> float:
         after = gains_of(all_joints(problem_of(axes, wrong)))
@@ -177,7 +178,7 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
 
     def base(weighed: Payload) -> HeldOutEstimate:
         problem = problem_of(axes, logs, (None, weighed))
-        return stated(problem, all_joints(problem))
+        return HeldOutEstimate(problem, all_joints(problem))
 
     (excluded,) = centres_excluded(base(BRICK))
     assert excluded.family == "payload centre"
@@ -200,11 +201,11 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
 
 
 def test_the_largest_undetected_fault_has_the_largest_effect_in_deviations_at_its_limit(seen, six):
-    base = stated(six.problem, all_joints(six.problem))
+    base = HeldOutEstimate(six.problem, all_joints(six.problem))
     zero = direction(seen, "zero", (2,))
     one = replace(seen, directions=(zero,))
     told = largest_undetected(one, undetected_sizes(one), base)
-    (size,) = bounds(six.model.fits, [zero])
+    (size,) = bounds(six.fits, [zero])
     assert told.startswith(f"zeros up to {np.rad2deg(size):.2g} degrees (q3) (1 degree changes a gain by ")
     sizes, clock = undetected_sizes(seen), direction(seen, "clock", ())
     (limit,) = (limit for _, limit in LIMITS if limit.words == "errors of the clock")

@@ -10,9 +10,9 @@ from consistency_logs import doubted, logs_of, problem_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
-from ident.diagnosis.evidence import BLOCKS
-from ident.diagnosis.models import FreeModel, Reference, free_columns, reference
-from ident.estimation.rows import joint_rows
+from ident.diagnosis.models import Reference, free_columns, reference
+from ident.estimation.intervals import BLOCKS
+from ident.estimation.problem import joint_rows
 from ident.model.parameters import STANDARD
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.recording import Recording
@@ -43,7 +43,7 @@ def test_the_columns_span_what_a_log_of_its_own_friction_and_any_payload_may_hol
 def test_nothing_that_is_stated_of_a_payload_enters(axes, sound, fit):
     wrong = replace(BRICK, mass=40.0, com=(0.3, -0.3, 0.3), known="mass")
     other = doubted(axes, sound.recordings, (None, wrong))
-    np.testing.assert_array_equal(other.model.fits.score.squares, sound.model.fits.score.squares)
+    np.testing.assert_array_equal(other.fits.score.squares, sound.fits.score.squares)
     np.testing.assert_array_equal(reference(other.problem).fitted.theta, fit.fitted.theta)
 
 
@@ -52,19 +52,31 @@ def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
     logs = logs_of(Truth(), payloads=(None, BRICK, BRICK))
     problems = (problem_of(axes, logs, (None, BRICK, other)) for other in (BRICK, twin))
     shared, own = (free_columns(problem, joint_rows(problem, 1)).shape[1] for problem in problems)
+    loaded = problem_of(axes, logs[1:], (BRICK, twin))  # one of two is as good as the last link
     assert own - shared == 10
+    assert shared - free_columns(loaded, joint_rows(loaded, 1)).shape[1] == 3  # friction of a third log
+
+
+def test_a_log_with_a_payload_may_come_before_the_bare_one(axes, sound, fit):
+    turned = doubted(axes, sound.recordings[::-1], (BRICK, None))
+    squares = np.roll(turned.fits.score.squares, BLOCKS, axis=1)
+    np.testing.assert_allclose(squares, sound.fits.score.squares, rtol=1e-4)  # but for the weak prior of each column
+    other = reference(turned.problem).fitted
+    np.testing.assert_allclose(other.cost, fit.fitted.cost, rtol=1e-6)
+    payloads = [each.payload and each.payload.known for each in other.ready.problem.motions]
+    assert payloads == [None, "none"]
 
 
 def test_friction_in_proportion_to_the_motors_torque_is_no_fault_of_a_log(axes):
-    model = doubted(axes, logs_of(Truth(load_motor=(0.08, 0.12, 0.1)))).model
+    model = doubted(axes, logs_of(Truth(load_motor=(0.08, 0.12, 0.1))))
     for j, rows in enumerate(model.rows):  # white noise of 1 % of each current; without the column 2.5 % on joint 2
         assert model.fits.sigma[j] < 0.008 * np.sqrt(np.mean(rows.V**2))
 
 
 def test_a_column_that_the_model_has_besides_is_explained(sound):
     rng = np.random.default_rng(8)
-    extra = [rng.normal(size=(len(rows.V), 2)) for rows in sound.model.rows]
-    model = FreeModel(sound.problem, (extra[0], None, extra[2]))
+    extra = [rng.normal(size=(len(rows.V), 2)) for rows in sound.rows]
+    model = replace(sound, terms=(extra[0], None, extra[2]))
     for j, given in enumerate(extra):
         left = np.linalg.norm(model.fits.parts[j].without(given)) / np.linalg.norm(given)
         assert (left < 1e-3) == (j != 1)
@@ -76,7 +88,7 @@ def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
         one, two, three = each.observation.joints
         short = replace(two, **{name: getattr(two, name)[:12] for name in names})
         motions.append(replace(each, observation=replace(each.observation, joints=(one, short, three))))
-    model = FreeModel(replace(sound.problem, motions=tuple(motions)))
+    model = replace(sound, problem=replace(sound.problem, motions=tuple(motions)))
     assert [each is None for each in model.fits.parts] == [False, True, False]
     assert not model.fits.score.rows[1].any()
 
@@ -84,10 +96,10 @@ def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
 def test_every_log_has_its_blocks_and_rows_are_counted_with_those_left_out(sound):
     seen = [motion.observation.joints for motion in sound.problem.motions]
     counts = [1 + max(int(each.position[-1]) for each in joints) for joints in seen]
-    assert sound.model.fits.score.rows.shape == (3, 2 * BLOCKS)
+    assert sound.fits.score.rows.shape == (3, 2 * BLOCKS)
     for j, (log, joints) in product(range(3), enumerate(seen)):
         expected = np.bincount(joints[j].position * BLOCKS // counts[log], minlength=BLOCKS)
-        np.testing.assert_array_equal(sound.model.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
+        np.testing.assert_array_equal(sound.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
 
 
 @pytest.fixture(scope="module")

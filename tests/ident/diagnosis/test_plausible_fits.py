@@ -12,8 +12,7 @@ from real_friction import GAIN
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.plausibility import excitation, friction_sign, friction_z, opposed, predicted_rel_std
 from ident.estimation.estimate import FRICTION_Z, largest
-from ident.estimation.problem import GainOptions, Problem
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns, GainOptions, Problem
 
 NAMES = ("XX3", "Fc3", "off3", "Fv3")
 

@@ -12,7 +12,7 @@ from scipy import optimize
 from ident.estimation.all_joints import Fit, fit, search, solution
 from ident.estimation.estimate import GainSolution
 from ident.estimation.intervals import classical, jackknife, time_blocks
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns
 from ident.estimation.setting import Model, Setting, Term, setting
 from ident.model.arm import arm_from_pinocchio
 from ident.model.structure import Structure, structure_of

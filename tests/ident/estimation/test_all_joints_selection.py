@@ -13,7 +13,7 @@ from ident.estimation import selection
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.intervals import left_out, max_of_classical_and_jackknife
+from ident.estimation.intervals import held_out, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.estimation.selection import LEAST_STD, MOST_STD, Belief, Selected, fitted_prior, prior_of_drives, selected
 from ident.estimation.setting import Setting
@@ -154,15 +154,14 @@ def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_mod
     rows, weight = plain.rows, plain.rows.weight  # of the worse one
     left, squares = np.empty((2, len(rows.V))), np.zeros((2, N))
     for k, each in enumerate((bent, plain)):
-        for block, fresh in left_out(each.rows):
-            left[k, block] = fresh
+        left[k], _ = held_out(each.rows)
         squares[k] = np.bincount(rows.joint, (weight * left[k]) ** 2)
     found = selection.improvement(bent, plain)
     np.testing.assert_allclose(found.sum(axis=1), squares[1] - squares[0], rtol=1e-7)
     more, a = found.sum(axis=0), np.sum((weight * (left[0] - left[1])) ** 2)
     np.testing.assert_allclose(selection.mixture(bent, plain).share, selection.mixture_share(more, a), rtol=1e-6)
     assert (bent.model.sigma < 0.99 * plain.model.sigma).any()
-    np.testing.assert_allclose(selection.z_of(found), more.mean() / more.std(ddof=1) * np.sqrt(len(more)), rtol=1e-12)
+    np.testing.assert_allclose(selection.z_of(more), more.mean() / more.std(ddof=1) * np.sqrt(len(more)), rtol=1e-12)
 
 
 def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(axes, monkeypatch):

@@ -15,8 +15,8 @@ from ident.estimation.intervals import (
     Rows,
     classical,
     cross_validated,
+    held_out,
     jackknife,
-    left_out,
     max_of_classical_and_jackknife,
 )
 from ident.estimation.problem import GainOptions
@@ -52,9 +52,11 @@ def jackknifed(linear: Linear) -> np.ndarray:
 
 
 def test_what_is_left_out_is_predicted_as_by_a_fit_without_it(linear):
-    for block, left in left_out(linear.rows):
-        expected = linear.left(~np.isin(np.arange(len(linear.V)), block))[block]
-        np.testing.assert_allclose(left, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # rounding
+    left, number = held_out(linear.rows)
+    for k, block in enumerate(linear.blocks(*MOTIONS)):
+        expected = linear.left(~block)[block]
+        np.testing.assert_allclose(left[block], expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # rounding
+        np.testing.assert_array_equal(number == k, block)
 
 
 def test_its_covariance_is_that_of_fits_without_each_stretch(linear):

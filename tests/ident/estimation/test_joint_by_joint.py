@@ -27,6 +27,14 @@ def light(heavy) -> Payload:
     return Payload(mass=heavy.mass, known="mass")
 
 
+def test_the_reason_of_a_joint_without_a_solution_is_told_of_that_joint(structure, heavy, rng):
+    problem, known = pair(*exact_pair(structure, heavy, GAIN, rng), heavy, TRUSTING), [heavy.known_part()]
+    fits = [joint_fit(problem, joint, known) for joint in range(6)]
+    solution = joint_by_joint(problem, [*fits[:2], "it rests", *fits[3:]], known)
+    assert solution.unsolved == {2: "it rests"}
+    assert solution.joints.tolist() == [0, 1, 3, 4, 5]
+
+
 def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structure, heavy, light, rng):
     pair = exact_pair(structure, heavy, GAIN, rng)
     estimate = drive_gains(*pair, light, TRUSTING)

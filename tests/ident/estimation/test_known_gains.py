@@ -11,8 +11,7 @@ from unseen_motions import loaded_motion, model
 from weighings import PLAIN, known
 
 from ident.estimation.all_joints import GIVEN_STD
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, GainEstimate
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains, joint_torque, shares
 from ident.estimation.problem import GainOptions, Problem

@@ -9,7 +9,7 @@ from refusals import refused
 from weighings import PLAIN, UNKNOWN, known, weighed
 
 from ident.estimation.known_gains import KnownGains, Shares
-from ident.estimation.rows import Columns
+from ident.estimation.problem import Columns
 from ident.model.parameters import INERTIAL
 from ident.numerics.least_squares import row_weights
 from ident.parameters.payload import PaperEstimate, body_values, payload_as_in_paper, payload_of

@@ -83,6 +83,14 @@ def test_files_keep_every_digit_and_say_what_v_is(tmp_path):
     np.testing.assert_array_equal(read_recording(path).v, V)
 
 
+def test_a_bit_that_flips_in_a_recording_as_we_write_it_is_noticed(tmp_path):
+    write_recording(LOG, path := tmp_path / "log.parquet")
+    content = bytearray(path.read_bytes())
+    content[content.index(Q[17, 1].tobytes()) + 3] ^= 4  # in the mantissa
+    path.write_bytes(content)
+    unread("not a readable Parquet file", path)
+
+
 @pytest.mark.parametrize("values", [[0.3, 0.7, None, 0.2], [3, 7, None, 2]])
 def test_a_value_that_is_missing_in_parquet_is_refused_with_its_row(tmp_path, values):
     t, four = 0.125 * np.arange(4), np.array([0.4, 0.5, 0.7, 0.6])

@@ -218,3 +218,21 @@ def test_few_spikes_may_follow_steps_by_chance_but_not_where_another_joint_of_th
     assert message in doubted(beside=False)
     assert not doubted(beside=True)
     assert message in doubted(beside=True, late=4)  # one of them follows no step
+
+
+@pytest.mark.parametrize("away", ["against the step", "towards zero", "up", "by chance"])
+def test_spikes_of_a_thinned_log_that_oppose_the_last_step_answer_it(rng, away):
+    q, v = Q.copy(), V - np.array([0.0, 7.0])
+    step = np.where(rng.random(len(T)) < 0.9, 1.0, -1.0) * np.sign(v[:, 1])  # mostly as the current, by friction
+    step[rng.random(len(T)) < 0.5] = 0.0
+    rows = rng.choice(np.flatnonzero(step[50:-50]), 140, replace=False) + 50
+    step[330:334] = 0.0  # one of them follows no step
+    rows = np.append(rows, 333)
+    q[:, 1] = 1e-3 * np.cumsum(step)
+    chance = rng.choice([-1.0, 1.0], len(rows))
+    signs = {"against the step": -step[rows], "towards zero": -np.sign(v[rows, 1]), "up": 1.0, "by chance": chance}
+    v[rows, 1] += 4.0 * np.ptp(V[:, 1]) * np.where(signs[away] == 0.0, 1.0, signs[away])
+    if away == "against the step":
+        passes(q=q, v=v)
+    else:
+        refused(r"v2 has 1\d\d spikes", q=q, v=v)

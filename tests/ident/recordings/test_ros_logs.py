@@ -1,6 +1,7 @@
 """Bags and MCAP files written by `rosbags` are read back by joints' names, whatever their storage."""
 
 import re
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -131,10 +132,12 @@ def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
         writer.write(topic, 1, STORE.serialize_cdr(text, "std_msgs/msg/String"))
     with Writer(tmp_path / "silent", version=9) as writer:
         writer.add_connection("/joint_states", KIND, typestore=STORE)
+    (tmp_path / "other.mcap").write_bytes(b"\x89MCAP0\r\n\x01" + struct.pack("<QI4sI", 12, 4, b"ros1", 0))
     (tmp_path / "old.bag").write_bytes(b"#ROSBAG V2.0\n")
     for name, said in {
         "texts": r"no topic of .*JointState; there are /chatter \(std_msgs/msg/String\)",
         "silent": "topic /joint_states has no message",
+        "other.mcap": "of other messages than those of ROS 2; write its messages as JSON lines",
         "old.bag": r"old\.bag: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert",
         ".": "is a folder; expected a regular file",
     }.items():
@@ -156,21 +159,33 @@ def test_a_damaged_file_is_one_line(tmp_path, storage, ending):
     unread("not a readable ROS 2 bag or MCAP file", bag, DESCRIPTION)
 
 
-LIMITS = {
-    "formats.MOST_VALUES": (10 * N + 9, 10 * N + 8, f"{10 * N + 9} numbers; up to {10 * N + 8} are read"),
-    "formats.ros.LARGEST_CHUNK": (10**7, 3000, r"a chunk of 0\.0.* MB; up to 0\.003 are read"),
-}
+LIMITS = [
+    ("formats.MOST_VALUES", "storage", 10 * N + 9, 10 * N + 8, f"{10 * N + 9} numbers; up to {10 * N + 8} are read"),
+    ("formats.ros.LARGEST_CHUNK", "storage", 10**5, 3000, r"more than 0\.003 MB unpacked"),
+    ("formats.ros.LARGEST_CHUNK", "message", 3000, 150, r"more than 0\.00015 MB unpacked"),
+]
 
 
-@pytest.mark.parametrize("limit", LIMITS)
-def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit):
+@pytest.mark.parametrize(("limit", "compressed", "enough", "few", "said"), LIMITS)
+def test_more_than_is_plausible_is_refused(tmp_path, monkeypatch, limit, compressed, enough, few, said):
     jaws = [Sample(stamp=1.0, names=(f"jaw_{k}",), position=(0.1,)) for k in range(3)]  # three numbers each
-    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], compressed="storage")
-    enough, few, message = LIMITS[limit]
+    storage = "mcap" if compressed == "storage" else "sqlite3"
+    bag = write_bag(tmp_path / "bag", [*samples(), *jaws], storage=storage, compressed=compressed)
     monkeypatch.setattr(f"ident.recordings.{limit}", enough)
     assert_read(bag)
     monkeypatch.setattr(f"ident.recordings.{limit}", few)
-    unread(message, bag, DESCRIPTION)
+    unread(said, bag, DESCRIPTION)
+
+
+def test_what_an_mcap_file_says_of_the_size_of_a_chunk_is_not_believed(tmp_path, monkeypatch):
+    bag = write_bag(tmp_path / "bag", samples(), compressed="storage")
+    content = (bag / "bag.mcap").read_bytes()
+    chunk = content.index(b"\x06", 40)  # after the header
+    size = chunk + 25  # of its code, length and times
+    assert int.from_bytes(content[size : size + 8], "little") > 3000
+    (bag / "bag.mcap").write_bytes(content[:size] + (17).to_bytes(8, "little") + content[size + 8 :])
+    monkeypatch.setattr("ident.recordings.formats.ros.LARGEST_CHUNK", 3000)
+    unread("unpacked; take a part of it", bag, DESCRIPTION)
 
 
 def test_messages_whose_numbers_do_not_fit_their_joints_are_refused(tmp_path):

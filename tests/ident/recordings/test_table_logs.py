@@ -65,9 +65,9 @@ def test_rows_of_numbers_in_parquet_are_columns_entry_by_entry(tmp_path, kind):
 def test_rows_of_unequal_length_or_none_are_named(tmp_path):
     path, cells = tmp_path / "log.parquet", [row[: 3 - (k == 17)] for k, row in enumerate(Q.tolist())]
     pq.write_table(pa.table({"time": T, "pos": cells, "cur": V.tolist()}), path)
-    unread("column pos: row 18 does not have 3 numbers, as row 1 has", path, ENTRIES)
+    unread("column pos: row 18 does not have 3 numbers, as others have", path, ENTRIES)
     pq.write_table(pa.table({"time": T, "pos": [None, *cells[1:]], "cur": V.tolist()}), path)
-    unread("no column 'pos'", path, ENTRIES)
+    unread("column pos: row 1 does not have 3 numbers, as others have", path, ENTRIES)
     fixed = pa.list_(pa.float64(), 3)
     pq.write_table(pa.schema([("time", pa.float64()), ("pos", fixed), ("cur", fixed)]).empty_table(), path)
     unread("0 samples are too few", path, ENTRIES)
@@ -182,6 +182,22 @@ def test_more_numbers_than_are_plausible_are_refused_before_they_are_read(tmp_pa
         monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", count)
         if name in ("npz", "parquet"):
             read_recording(tmp_path / f"log.{name}")
+
+
+def test_what_a_row_holds_is_measured_before_it_is_read(tmp_path, monkeypatch):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file.create_dataset("wide", (700_000,), dtype=np.dtype([("a", "f8", (90,)), ("b", "i4", (3,))]))  # not written
+    unread("64050000 numbers", tmp_path / "log.h5")
+    nested = '{"t": ' + "[" * 1001 + "]" * 1001 + "}"
+    (tmp_path / "log.jsonl").write_text('{"t": 3}\n' + nested)
+    unread("line 2 has more than 1000 arrays or objects", tmp_path / "log.jsonl")
+    columns = {"t": T[:2], "pos": pa.array([[0.3] * 10_001, [0.2] * 10_003]), "cur": pa.array(["3", "5"])}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    monkeypatch.setattr("pyarrow.parquet.ParquetFile.read", None)
+    unread("10002 columns; files of up to 10000 are read", tmp_path / "log.parquet")
+    pq.write_table(pa.table({**columns, "pos": T[:2]}), tmp_path / "log.parquet")
+    described_so = replace(described(["t=t[s]", "q=pos[rad]", "v=cur[A]"]), signal="current")
+    unread("column cur is string, expected numbers", tmp_path / "log.parquet", described_so)
 
 
 def test_a_log_without_times_has_those_of_its_stated_rate(tmp_path):

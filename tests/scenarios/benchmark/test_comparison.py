@@ -14,7 +14,7 @@ from places import ROOT
 from printed import printed
 from rich.console import Console
 
-from scenarios.benchmark.comparison import ComparedScenario, Comparison, compared
+from scenarios.benchmark.comparison import ComparedScenario, Comparison, compared, page
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
 from scenarios.benchmark.study import METHOD, comparison
 from scenarios.experiments.loaded_scenario import load
@@ -95,7 +95,12 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
     methods = ["--method", STUBS[1], "--method", "exec: false"]
     words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
     said = printed(capsys, "compare", [*words, "--seed", "5"])
-    assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
+    saved = json.loads((tmp_path / "o" / "report.json").read_text())
+    assert {**said, "digest": saved["digest"]} == saved
+    saved["scenarios"][0]["trials"] += 3
+    (tmp_path / "o" / "report.json").write_text(json.dumps(saved))
+    with pytest.raises(ScenarioError, match=r"report\.json: changed or damaged"):
+        page(tmp_path / "o")
     text, (only,) = (tmp_path / "o" / "report.md").read_text(), said["scenarios"]
     assert (only["name"], only["trials"]) == ("quick", 1)
     assert {each["method"] for each in only["methods"]} == {STUBS[1], "exec: false"}

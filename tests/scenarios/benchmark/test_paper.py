@@ -77,6 +77,9 @@ def test_paper_writes_tables_figures_and_raw_numbers(repeated, tmp_path, capsys,
     stated = json.loads((tmp_path / "out" / "paper.json").read_text())
     assert stated["result"] == document
     assert list(stated["files"]) == ["rows.parquet"]
+    (tmp_path / "out" / "paper.json").write_text(json.dumps({**stated, "seed": 7}))
+    with pytest.raises(ScenarioError, match=r"paper\.json: changed or damaged"):
+        page_of(tmp_path / "out")
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(file, tmp_path: Path, en
     table = tomllib.loads(path.read_text()) if ending == ".toml" else json.loads(path.read_text())
     fits(table, "gains")
     assert set(table["gains"][2]) == {"joint", "name", "unit", "identifiable", "reason"}  # no number of a refused joint
-    assert path.read_text().startswith("#:schema ") == (ending == ".toml")
+    assert "://" not in path.read_text()  # no path of the machine
 
 
 @pytest.mark.parametrize("ending", [".json", ".toml"])

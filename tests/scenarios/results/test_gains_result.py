@@ -10,8 +10,7 @@ from page_parts import drawn_intervals, plots, tables
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
-from ident.estimation.estimate import JointResult, RefusedGain
-from ident.estimation.gain_curve import GainCurve
+from ident.estimation.estimate import GainCurve, JointResult, RefusedGain
 from ident.estimation.known_gains import KnownGains
 from ident.identification import Identification
 from ident.payload.payload import Payload

@@ -28,6 +28,10 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path):
     held = next(part for part in report.parts if isinstance(part, Plot)).figure().axes[0].lines[-1].get_ydata()[0]
     assert held == pytest.approx(100 * math.erf(math.sqrt(2.0)), rel=1e-12) == 100 * NORMAL
     record = json.loads((folder / "study.json").read_text())
+    (folder / "study.json").write_text(json.dumps({**record, "seed": 13}))
+    with pytest.raises(ScenarioError, match=r"study\.json: changed or damaged since it was written"):
+        page_of(folder)
+    del record["digest"]
     (folder / "study.json").write_text(json.dumps({**record, "trials": 9}))
     with pytest.raises(ScenarioError, match=r"3 of 9 trials are missing; continue with: rx90 monte-carlo"):
         page_of(folder)

@@ -199,9 +199,14 @@ def removed(name: str) -> Callable[[Path], None]:
 def without_rows(folder: Path) -> None:
     """As an older version leaves it."""
     record = json.loads((folder / "record.json").read_text())
-    del record["files"]["fit-rows.parquet"]
+    del record["files"]["fit-rows.parquet"], record["digest"]
     (folder / "record.json").write_text(json.dumps(record))
     (folder / "fit-rows.parquet").unlink()
+
+
+def edited(folder: Path) -> None:
+    text = (folder / "record.json").read_text()
+    (folder / "record.json").write_text(text.replace('"title": "Scenario', '"title": "scenario'))
 
 
 def replaced(name: str, text: str) -> Callable[[Path], None]:
@@ -217,6 +222,7 @@ def replaced(name: str, text: str) -> Callable[[Path], None]:
         (replaced("record.json", '{"kind": "run"}'), "save it again"),
         (removed("loaded.parquet"), "loaded.parquet: No such file"),
         (replaced("fit-rows.parquet", "PAR1"), "fit-rows.parquet: is not the file that record.json names"),
+        (edited, "record.json: changed or damaged since it was written"),
         (without_rows, "fit-rows.parquet: not rows of this version of rx90: "),
         (shutil.rmtree, "not a folder"),
         (

@@ -45,6 +45,8 @@ class Column:
 
 VERDICT = Column(title="Verdict", words=True)
 """Heading of the last column, the verdict of a row."""
+REFUSED = Cell("refused", Mood.DOUBTFUL)
+"""Verdict on a joint without a gain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

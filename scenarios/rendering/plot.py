@@ -29,7 +29,7 @@ SERIES: tuple[tuple[str, Any, float, str, float], ...] = (
 """Colour, dashes and width of lines [points], shape of points and opacity of bars: distinct without the colour."""
 LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
-WIDTH, WIDE = 430, 620
+WIDTH, WIDE = 430, 520
 """Width of a plot, and of one along time [pixel]."""
 STYLE = Path(__file__).with_name("page.mplstyle")
 

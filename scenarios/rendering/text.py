@@ -67,8 +67,8 @@ def render(report: Report, page: Page) -> str:
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
-    """Print wrapped text; a word wider than the page, such as a path, and a number with its `%` are not broken."""
-    whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+    """Print wrapped text; a word wider than the page, such as a path, and a number with `%` or `N m` are not broken."""
+    whole = text.replace(" %", "\N{NO-BREAK SPACE}%").replace(" N m", "\N{NO-BREAK SPACE}N\N{NO-BREAK SPACE}m")
     lines = wrap(whole, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
     console.print(Text("\n".join(lines).replace("\N{NO-BREAK SPACE}", " "), style=style), soft_wrap=True)
 

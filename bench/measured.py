@@ -54,23 +54,13 @@ def methods() -> str:
     rows: Rows = []
     with TemporaryDirectory() as place:
         words = [f"--method={name}" for name in METHODS]
-        found = rx90("compare", *COMPARED, *words, "-n", CALLS, "--out", Path(place) / "methods")
-    for scenario in found["scenarios"]:
+        compared = rx90("compare", *COMPARED, *words, "-n", CALLS, "--out", Path(place) / "methods")
+    for scenario in compared["scenarios"]:
         for each in sorted(scenario["methods"], key=lambda each: METHODS.index(each["method"])):
-            shares = [f"{100.0 * share:.0f}" for share in (each["score"], *each["solved"][:2])]
-            row = [scenario["name"], each["method"], *shares, each["refused_wrongly"], each["wrong_claims"]]
-            rows.append([*row, f"{each['seconds']:.2g}"])
-    heads = (
-        "Scenario",
-        "Method",
-        "Score [%]",
-        "Within 1 % [%]",
-        "Within 3 % [%]",
-        "Refused wrongly",
-        "Wrong gains",
-        "s",
-    )
-    return markdown(heads, rows)
+            found = [f"{100.0 * share:.0f}" for share in (each["score"], *each["solved"][:2])]
+            rows.append([scenario["name"], each["method"], *found, each["refused_wrongly"], each["wrong_claims"]])
+    shares = ("Score [%]", "Within 1 % [%]", "Within 3 % [%]")
+    return markdown(("Scenario", "Method", *shares, "Refused wrongly", "Wrong"), rows)
 
 
 def budget(name: str) -> str:

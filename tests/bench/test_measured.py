@@ -35,8 +35,18 @@ def test_every_table_that_is_measured_has_its_place_and_is_there():
 
 def test_sentences_state_what_the_measured_tables_have():
     accuracy, budgets = ((DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("accuracy", "error-budget"))
-    nominal = next(cells for cells in rows("coverage") if cells[0] == "nominal, by default")[2]
+    (_, _, nominal, held, width), (*_, constant, _), (_, _, field, *_), _ = rows("coverage")
     assert f"| noise | {nominal} % |" in accuracy
+    assert f"noise | {field} % |" in accuracy
+    coverage = (DOCS / "coverage.md").read_text(encoding="utf-8")
+    assert (held, f"gain in {constant} %" in coverage) == ("100", True)
+    assert f"sigma of {width} times" in coverage
+    counts = [[int(cell) for cell in cells[1:]] for cells in rows("faults")]
+    assert counts[0] == [0, 0, sum(counts[0]), 0]
+    named, _, silent, harmful = (sum(each) for each in zip(*counts[1:], strict=True))
+    said = f"Of {sum(map(sum, counts[1:]))} faults put into logs of three arms {named} are named"
+    told = (DOCS / "diagnosis.md").read_text(encoding="utf-8")
+    assert re.search(rf"{said}.*\s{silent} are silent and change no gain by 3 sigma, and {harmful} is silent", told)
     assert re.search(r"the errors are half a per\s+cent", (ROOT / "README.md").read_text(encoding="utf-8"))
     assert 0.4 <= float(nominal.split(" to ")[-1]) < 0.65
     others = [float(cells[3]) for cells in rows("robots") if cells[0] != "nominal"]

@@ -183,7 +183,6 @@ def excite_command(options: argparse.Namespace) -> Status:
         worst=finite(design.worst(motion)),
     )
     if interrupt is not None:
-        complain(f"{result!r}")
         complain(
             f"stopped; the best motion so far is in {options.out}; to continue, state it as the scenario's "
             "experiment.motion and add --improve"

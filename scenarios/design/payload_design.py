@@ -22,7 +22,7 @@ from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, 
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import body_of, mountings
 from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried
-from scenarios.rendering.content import REFUSED, Cell, Mood, Paragraph, Part, column, table
+from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import NONE, percent
 from scenarios.support.errors import ScenarioError
@@ -54,7 +54,7 @@ VERDICTS = {
     (True, True): Cell("as before", Mood.GOOD),
     (False, True): Cell("identified now", Mood.GOOD),
     (True, False): Cell("lost", Mood.BAD),
-    (False, False): REFUSED,
+    (False, False): Cell("refused", Mood.DOUBTFUL),
 }
 """Verdict of a gain that was identifiable before and is with the payload."""
 

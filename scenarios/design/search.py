@@ -24,7 +24,6 @@ from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import SHARES, Design, Limits
-from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
 from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.rendering.wording import percent
@@ -192,11 +191,8 @@ class Searched(ResultModel):
         change = f" ({100.0 * (found / start - 1.0):+.0f} %)" if start and found else ""
         sizes = f"at the start {percent(start, '.3g')} %, now {percent(found, '.3g')} %{change}"
         yield Paragraph(f"Largest predicted standard deviation of a gain: {sizes}.", strong=True)
-        joints = enumerate(self.predicted_rel_std, 1)
         deviation = column("Standard deviation [%]", lambda each: percent(each[1], ".2g"))
-        yield table(joints, column("Joint", lambda each: each[0]), deviation)
-        residual = f"a residual of {percent(RESIDUAL, 'g')} % of each joint's rms torque"
-        yield Paragraph(f"For {residual} at {ROWS_PER_SECOND:g} rows per second; {self.tried} motions tried.")
+        yield table(enumerate(self.predicted_rel_std, 1), column("Joint", lambda each: each[0]), deviation)
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:

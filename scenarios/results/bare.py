@@ -16,10 +16,10 @@ from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
-from scenarios.rendering.content import REFUSED, Cell, ColumnOf, Mood, Paragraph, Part, column, table
+from scenarios.rendering.content import Cell, ColumnOf, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, ResultModel
 from scenarios.rendering.wording import joints_named, number, percent, rounded, sentence, two_sigma
-from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_fold
+from scenarios.results.diagnoses import REFUSED, DiagnosedResult, doubt_paragraphs, horizon_fold
 from sim.tables import InertiaTable
 
 Vector = tuple[float, float, float]

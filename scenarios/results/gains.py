@@ -15,25 +15,14 @@ from ident.parameters.weighing import GainsOutcome
 from ident.payload.payload import standard_parameters
 from ident.unseen import Unseen
 from scenarios.experiments.verdict import GainVerdict
-from scenarios.rendering.content import (
-    REFUSED,
-    Cell,
-    ColumnOf,
-    Heading,
-    Mood,
-    Paragraph,
-    Part,
-    Table,
-    column,
-    table,
-    verdict,
-)
+from scenarios.rendering.content import Cell, ColumnOf, Heading, Mood, Paragraph, Part, Table, column, table, verdict
 from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.rendering.wording import in_unit, joints_named, many, percent, rounded, sentence, two_sigma
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
     MOODS,
+    REFUSED,
     DiagnosedResult,
     doubt_paragraphs,
     horizon_fold,
@@ -329,7 +318,7 @@ class Result(DiagnosedResult):
         of = "the assumed gain" if stated else "the gain"
         title, y, series = f"Interval of each gain, relative to {of}", f"Gain [% from {of}]", {"Gain, 2 sigma": ends}
         caption = f"Bar: {bar} Refused joints have no number." + " Dashed: the assumed gain." * stated
-        return intervals_plot(title, caption, y, joints, series, limit=line, zero=True)
+        return intervals_plot(title, caption, y, joints, series, limit=line)
 
 
 def sources_simulated(sources: "Mapping[str, SourceTable]") -> str | None:

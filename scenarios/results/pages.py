@@ -74,8 +74,7 @@ def kind_of(folder: Path) -> str:
     for name, kind in ((COMPARISON, "comparison"), (PAPER, "paper")):
         if (folder / name).is_file():
             return kind
-    lacking = "contains no whole result of this version"
-    raise ScenarioError(f"{place}: {lacking}; expected a folder written by {LEAVERS}")
+    raise ScenarioError(f"{place}: contains no whole result of this version; expected a folder written by {LEAVERS}")
 
 
 def page(folder: Path) -> Report:

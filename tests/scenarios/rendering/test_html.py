@@ -5,9 +5,10 @@ from dataclasses import replace
 from html import unescape
 
 import pytest
+from page_parts import cells
 
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.content import Column, Heading, Line, Mood, Paragraph, Picture, Report, Table, cells
+from scenarios.rendering.content import Column, Heading, Line, Mood, Paragraph, Picture, Report, Table
 from scenarios.rendering.html import script_json, sections
 from scenarios.rendering.plot import Plot
 

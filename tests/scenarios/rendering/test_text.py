@@ -3,6 +3,7 @@ import shlex
 from dataclasses import replace
 
 import pytest
+from page_parts import cells
 
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
@@ -15,7 +16,6 @@ from scenarios.rendering.content import (
     Picture,
     Report,
     Table,
-    cells,
     column,
     table,
 )

@@ -191,8 +191,11 @@ class Searched(ResultModel):
         change = f" ({100.0 * (found / start - 1.0):+.0f} %)" if start and found else ""
         sizes = f"at the start {percent(start, '.3g')} %, now {percent(found, '.3g')} %{change}"
         yield Paragraph(f"Largest predicted standard deviation of a gain: {sizes}.", strong=True)
-        deviation = column("Standard deviation [%]", lambda each: percent(each[1], ".2g"))
-        yield table(enumerate(self.predicted_rel_std, 1), column("Joint", lambda each: each[0]), deviation)
+        yield table(
+            enumerate(self.predicted_rel_std, 1),
+            column("Joint", lambda each: each[0]),
+            column("Standard deviation [%]", lambda each: percent(each[1], ".2g")),
+        )
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:

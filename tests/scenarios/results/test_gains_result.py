@@ -94,9 +94,11 @@ def test_a_warning_of_a_gain_itself_is_in_its_row_and_in_the_first_sentence(name
     weak = Diagnosis(name=name, severity=Severity.WEAK, sentence="so", joints=(1, 2))
     gains = identified(0.8, 0.02), identified(0.7, 0.03), REFUSED
     result = result_of(*gains, said=Diagnosed(diagnoses=(weak, replace(DOUBT, joints=(0,)))))
+    moods = {"in doubt": Mood.DOUBTFUL, "identified": Mood.GOOD, "refused": Mood.DOUBTFUL}
     verdicts = [row[-1].text for row in tables(result)[0].rows]
     expected = ["in doubt" if j in doubted else "identified" for j in (1, 2)]
     assert verdicts == [*expected, "refused"]
+    assert [row[-1].mood for row in tables(result)[0].rows] == [moods[each] for each in verdicts]
     assert texts(result)[0].partition("; ")[2].startswith("joint") == bool(doubted)
 
 

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench real docs pictures schemas lock clean
+.PHONY: demo test test-slow latest mutants lint bench measured real docs pictures schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -50,6 +50,11 @@ BASE ?= HEAD
 
 bench: .venv/ready  # time and memory by phase beside the commit BASE, into out/bench.html
 	$(BIN)/python bench/speed.py $(BASE)
+
+TABLES ?=
+
+measured: .venv/ready  # tables of measured pages in docs/, of `bench/measured.py`; TABLES names some
+	$(BIN)/python -m bench.measured $(TABLES)
 
 DOWNLOADS ?= $(REAL_RECORDINGS)
 

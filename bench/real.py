@@ -34,6 +34,7 @@ TABLES = {
     "ratios": ("Ratios of gains from bare motions", ("Robot", "Set", "Joint", "Over joint", "Ratio", "Published")),
     "sensors": ("Torque sensors", ("Joint", "Sensor", "Sensor per motor", "Residual [% of rms]")),
 }
+FOLD = '<details markdown="1"><summary>Currents outside the fit, ratios, torque sensors, sources</summary>\n\n'
 Table = dict[str, Any]
 Rows = list[list[object]]
 
@@ -153,9 +154,12 @@ class Board:
                 self.rows["sensors"].append([j, sensor, sure, f"{share:.0f}"])
 
 
+def markdown(heads: Sequence[str], rows: Rows) -> str:
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in (heads, ["---"] * len(heads), *rows))
+
+
 def table(title: str, heads: Sequence[str], rows: Rows) -> str:
-    lines = "\n".join(f"| {' | '.join(map(str, line))} |" for line in (heads, ["---"] * len(heads), *rows))
-    return f"## {title}\n\n{lines}\n\n" if rows else ""
+    return f"## {title}\n\n{markdown(heads, rows)}\n\n" if rows else ""
 
 
 def draw(drawn: dict[str, np.ndarray], method: str, path: Path) -> None:
@@ -174,10 +178,13 @@ def page(board: Board, sources: list[Table]) -> str:
     text += "Written by `make real` from recordings that others published; ± is two standard deviations.\n\n"
     text += "![Gains over published gains](real-robots.png)\n\n" if board.drawn else ""
     for name, (title, heads) in TABLES.items():
+        text += FOLD if name == "predictions" else ""
         text += table(title, [*heads, *board.methods, "Published"] if name == "gains" else heads, board.rows[name])
     keys, heads = ("name", "source", "licence", "published_by", "get"), ("Recordings", "Source", "Licence")
     rows = [[*(each.get(key, "-") for key in keys), "no" if board.missing(each) else "yes"] for each in sources]
-    return text + table("Sources", (*heads, "Published gains", "How to get them", "In the tables"), rows)[:-1]
+    return (
+        text + table("Sources", (*heads, "Published gains", "How to get them", "In the tables"), rows) + "</details>\n"
+    )
 
 
 def main(words: Sequence[str] | None = None) -> None:

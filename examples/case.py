@@ -102,7 +102,7 @@ def _(mo):
 @app.cell
 def _(r, s):
     right = 100.0 * (r.gain / s.truth.gain - 1.0)
-    right.round(2)
+    right.round(2).tolist()  # per cent
     return (right,)
 
 
@@ -126,7 +126,7 @@ def _(bare, exp, ident, loaded, s):
     heavier = replace(payload, mass=1.03 * payload.mass, inertia=inertia)
     logs = [ident.Motion(bare), ident.Motion(loaded, heavier)]
     spoilt = 100.0 * (ident.identify(exp.arm, logs).gain / s.truth.gain - 1.0)
-    spoilt.round(2)
+    spoilt.round(2).tolist()
     return (spoilt,)
 
 

@@ -24,6 +24,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Name the dialog of the theme's search."""
+    return output.replace('role="dialog"', 'role="dialog" aria-label="Search"')
+
+
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Set the equations of a page."""
     return typeset(html)

@@ -44,4 +44,7 @@ def _output(value: object) -> str:
     if isinstance(value, Figure):
         return f"\n{DRAWN}\n"
     table = getattr(value, "_repr_html_", None)
-    return f"\n```text\n{value!r}\n```\n" if table is None else f'\n<div class="output">{table()}</div>\n'
+    if table is None:
+        return f"\n```text\n{value!r}\n```\n"
+    shown = table().replace(' border="1" class="dataframe"', "")  # of pandas: the site's own style
+    return f'\n<div class="output">{shown}</div>\n'

@@ -164,9 +164,6 @@ def excite_command(options: argparse.Namespace) -> Status:
             f"motion, {100.0 * design.worst(motion):.3g} % by that found, so the scenario's own motion is written"
         )
         motion = own
-    start, worst = (100.0 * design.worst(each) for each in (series.motion(kept[0].x), motion))
-    change = f" ({100.0 * (worst / start - 1.0):+.0f} %)" if np.isfinite(start) else ""
-    complain(f"largest predicted standard deviation of a gain: at the start {start:.3g} %, now {worst:.3g} %{change}")
     deviations = np.where(unloaded, np.inf, design.deviations(motion))
     comments = [
         f"Found by: {found_by(options)} --out FILE",
@@ -176,16 +173,22 @@ def excite_command(options: argparse.Namespace) -> Status:
     ]
     with claim.writing():
         write_motion(motion, options.out, comments)
+    result = Searched(
+        out=str(options.out),
+        tried=kept[-1].tried,
+        cost_of_start=kept[0].cost,
+        cost=kept[-1].cost,
+        predicted_rel_std=list(map(finite, deviations)),
+        worst_of_start=finite(design.worst(series.motion(kept[0].x))),
+        worst=finite(design.worst(motion)),
+    )
     if interrupt is not None:
         complain(
             f"stopped; the best motion so far is in {options.out}; to continue, state it as the scenario's "
             "experiment.motion and add --improve"
         )
         return ending(interrupt)
-    rel_std, costs = list(map(finite, deviations)), {"cost_of_start": kept[0].cost, "cost": kept[-1].cost}
-    result = Searched(out=str(options.out), tried=kept[-1].tried, **costs, predicted_rel_std=rel_std)
-    predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
-    return output.show(result.report(f"{options.out}: {predicted}"), options)
+    return output.show(result.report(f"Motion found for {scenario.name}, in {options.out}"), options)
 
 
 def _own_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":

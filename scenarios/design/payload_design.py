@@ -54,7 +54,7 @@ VERDICTS = {
     (True, True): Cell("as before", Mood.GOOD),
     (False, True): Cell("identified now", Mood.GOOD),
     (True, False): Cell("lost", Mood.BAD),
-    (False, False): Cell("refused", Mood.BAD),
+    (False, False): Cell("refused", Mood.DOUBTFUL),
 }
 """Verdict of a gain that was identifiable before and is with the payload."""
 

@@ -24,7 +24,9 @@ from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import SHARES, Design, Limits
+from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
+from scenarios.rendering.wording import percent
 from scenarios.support.errors import ScenarioError
 from sim.errors import NO_POSITION, TrajectoryError
 from sim.trajectory import FourierTrajectory, at_rest
@@ -180,6 +182,20 @@ class Searched(ResultModel):
     predicted_rel_std: list[float | None] = Field(
         description="Relative standard deviation of each gain, null if the motion does not determine the gain"
     )
+    worst_of_start: float | None  # largest relative standard deviation of the gains to identify, initial motion
+    worst: float | None  # relative one of the motion found; null if a motion does not determine one of these gains
+
+    def parts(self) -> Iterator[Part]:
+        """Return the largest deviation beside that of the start, and those of all joints."""
+        start, found = self.worst_of_start, self.worst
+        change = f" ({100.0 * (found / start - 1.0):+.0f} %)" if start and found else ""
+        sizes = f"at the start {percent(start, '.3g')} %, now {percent(found, '.3g')} %{change}"
+        yield Paragraph(f"Largest predicted standard deviation of a gain: {sizes}.", strong=True)
+        yield table(
+            enumerate(self.predicted_rel_std, 1),
+            column("Joint", lambda each: each[0]),
+            column("Standard deviation [%]", lambda each: percent(each[1], ".2g")),
+        )
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:

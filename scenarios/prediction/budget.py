@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from operator import itemgetter
 from statistics import NormalDist
 
 import numpy as np
@@ -16,7 +17,7 @@ from scenarios.experiments.draws import applied, numbers_needed, settings_from, 
 from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
 from scenarios.experiments.schema import TURNS, DrawTable, Scenario, ScenarioTable, in_turns
 from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
-from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells
+from scenarios.rendering.content import Cell, Mood, Paragraph, Part, column, table
 from scenarios.rendering.plot import SERIES, Plot, draw_bars
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.rendering.wording import percent
@@ -210,11 +211,9 @@ class PredictedBudget(ResultModel):
             ("within", *(_within(each.within) for each in self.joints)),
             *((of_joints[0].source, *(percent(each.rms, ".3f") for each in of_joints)) for of_joints in shown),
         ]
-        names = (Column(title=f"Joint {each.joint}", unit="%") for each in self.joints)
-        columns = (Column(title="Source", words=True), *names)
-        yield Table(columns=columns, rows=tuple(cells(*row) for row in rows))
-        none = [of_joints[0].source for of_joints in costs if of_joints not in shown]
-        if none:
+        alone = (column(f"Joint {each.joint} [%]", itemgetter(k)) for k, each in enumerate(self.joints, 1))
+        yield table(rows, column("Source", itemgetter(0), words=True), *alone)
+        if none := [of_joints[0].source for of_joints in costs if of_joints not in shown]:
             yield Paragraph(f"Below {100.0 * LEAST:g} % on every joint: {', '.join(none)}.")
         yield Paragraph(MEANING)
         yield Paragraph(CONTROL)

@@ -140,11 +140,6 @@ def _value(text: str) -> object:
         return None if text == NONE else text
 
 
-def cells(*texts: str | Cell) -> tuple[Cell, ...]:
-    """Return a row of a table."""
-    return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
-
-
 ColumnOf = tuple[Column, Callable[[Item], str | int | Cell | None]]
 """A column and its value for an item; a count is written unchanged, None as a dash."""
 
@@ -167,10 +162,12 @@ def table(
 ) -> Table:
     """Return a table with one row per item; `title` to `file_only` as in `Table`."""
 
-    def written(value: str | int | Cell | None) -> str | Cell:
-        return value if isinstance(value, Cell | str) else NONE if value is None else str(value)
+    def written(value: str | int | Cell | None) -> Cell:
+        if isinstance(value, Cell):
+            return value
+        return Cell(value if isinstance(value, str) else NONE if value is None else str(value))
 
-    rows = tuple(cells(*(written(cell(item)) for _, cell in columns)) for item in items)
+    rows = tuple(tuple(written(cell(item)) for _, cell in columns) for item in items)
     heads = tuple(head for head, _ in columns)
     return Table(title=title, columns=heads, rows=rows, shown=shown, rest=rest, file_only=file_only)
 

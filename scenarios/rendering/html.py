@@ -67,8 +67,9 @@ def options(text: str) -> Markup:
 
 
 def prose(text: str) -> Markup:
-    """Return escaped text with whole options, text in backticks as code, and no line break before a per cent sign."""
-    return Markup(CODE.sub(r"<code>\1</code>", str(options(text))).replace(" %", "&nbsp;%"))
+    """Return escaped text with whole options, text in backticks as code, and no break in `1 %`, `2 sigma` and `N m`."""
+    code = CODE.sub(r"<code>\1</code>", str(options(text)))
+    return Markup(code.replace(" %", "&nbsp;%").replace("2 sigma", "2&nbsp;sigma").replace("N m", "N&nbsp;m"))
 
 
 def script_json(value: object) -> str:

@@ -6,7 +6,6 @@ Matplotlib is imported when a page is drawn. Colours of the SVG are names of the
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +28,7 @@ SERIES: tuple[tuple[str, Any, float, str, float], ...] = (
 """Colour, dashes and width of lines [points], shape of points and opacity of bars: distinct without the colour."""
 LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
 """Look of a reference line."""
-WIDTH, WIDE = 430, 620
+WIDTH, WIDE = 430, 520
 """Width of a plot, and of one along time [pixel]."""
 STYLE = Path(__file__).with_name("page.mplstyle")
 
@@ -104,27 +103,6 @@ def draw_bars(axes: "Axes", joints: Sequence[int], series: Mapping[str, Mapping[
         axes.bar(at, list(found.values()), width, label=label, color=(edge, fill), edgecolor=edge, lw=0.9)
 
 
-def draw_intervals(
-    axes: "Axes",
-    joints: Sequence[int],
-    series: Mapping[str, Mapping[int, tuple[float, float, float]]],
-    limit: float | None = None,
-    zero: bool = False,
-) -> None:
-    """Draw value, lower and upper end for joints, by the labels of series, a `limit`, and 0 on the axis with `zero`."""
-    for k, (label, found) in enumerate(series.items()):
-        at, _ = _beside(axes, joints, found, k, len(series))
-        colour, _, _, shape, _ = SERIES[k % len(SERIES)]
-        value, low, high = ([ends[i] for ends in found.values()] for i in range(3))
-        axes.vlines(at, low, high, color=COLOURS[colour], lw=1.8)
-        axes.plot(at, value, shape, ms=5.0, color=COLOURS[colour], label=label)
-    if limit is not None:
-        axes.axhline(limit, **LIMIT)
-    if zero:
-        low, high = axes.get_ylim()
-        axes.set_ylim(min(low, 0.0), max(high, 0.0))
-
-
 def intervals_plot(
     title: str,
     caption: str,
@@ -133,10 +111,19 @@ def intervals_plot(
     series: Mapping[str, Mapping[int, tuple[float, float, float]]],
     *,
     limit: float | None = None,
-    zero: bool = False,
 ) -> Plot:
-    """Return a plot of `draw_intervals`."""
-    draw = partial(draw_intervals, joints=joints, series=series, limit=limit, zero=zero)
+    """Return a plot of value, lower and upper end for joints, by the labels of series, and a `limit`, dashed."""
+
+    def draw(axes: "Axes") -> None:
+        for k, (label, found) in enumerate(series.items()):
+            at, _ = _beside(axes, joints, found, k, len(series))
+            colour, _, _, shape, _ = SERIES[k % len(SERIES)]
+            value, low, high = ([ends[i] for ends in found.values()] for i in range(3))
+            axes.vlines(at, low, high, color=COLOURS[colour], lw=1.8)
+            axes.plot(at, value, shape, ms=5.0, color=COLOURS[colour], label=label)
+        if limit is not None:
+            axes.axhline(limit, **LIMIT)
+
     return Plot(title=title, caption=caption, x="Joint", y=y, draw=draw)
 
 

@@ -21,10 +21,6 @@ WIDE = 10_000
 """Characters per line if unlimited."""
 GAPS = (2, 1)
 """Preferred and least number of spaces between columns."""
-HANGING = "  "
-"""Indentation of continuation lines of a note."""
-EVERY_ROW = "--format markdown shows them"
-"""Where rows that are left out can be read."""
 STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
 
 
@@ -55,7 +51,7 @@ def render(report: Report, page: Page) -> str:
                 case Paragraph(text, mood, strong=True):
                     _print_words(text, f"bold {STYLES[mood]}".strip(), console, width)
                 case Paragraph(text, mood):
-                    _print_words(text, STYLES[mood], console, width, HANGING)
+                    _print_words(text, STYLES[mood], console, width, hanging="  ")
                 case Line(text):
                     console.print(continued(text, width), soft_wrap=True)
                 case Heading(text):
@@ -67,8 +63,8 @@ def render(report: Report, page: Page) -> str:
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
-    """Print wrapped text; a word wider than the page, such as a path, and a number with its `%` are not broken."""
-    whole = text.replace(" %", "\N{NO-BREAK SPACE}%")
+    """Print wrapped text; a word wider than the page, such as a path, and a number with `%` or `N m` are not broken."""
+    whole = text.replace(" %", "\N{NO-BREAK SPACE}%").replace(" N m", "\N{NO-BREAK SPACE}N\N{NO-BREAK SPACE}m")
     lines = wrap(whole, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
     console.print(Text("\n".join(lines).replace("\N{NO-BREAK SPACE}", " "), style=style), soft_wrap=True)
 
@@ -112,4 +108,4 @@ def _print_table(table: Table, console: Console, width: int) -> None:
             drawn.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in block))
         console.print(drawn, soft_wrap=True)
     if len(table.rows) > len(rows) and table.rest:
-        _print_words(f"{table.rest} ({EVERY_ROW})", "", console, width)
+        _print_words(f"{table.rest} (--format markdown shows them)", "", console, width)

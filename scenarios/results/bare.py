@@ -16,10 +16,10 @@ from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
-from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, table
+from scenarios.rendering.content import Cell, ColumnOf, Mood, Paragraph, Part, column, table
 from scenarios.rendering.result import NAME, VALUE, ResultModel
 from scenarios.rendering.wording import joints_named, number, percent, rounded, sentence, two_sigma
-from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_fold
+from scenarios.results.diagnoses import REFUSED, DiagnosedResult, doubt_paragraphs, horizon_fold
 from sim.tables import InertiaTable
 
 Vector = tuple[float, float, float]
@@ -189,8 +189,10 @@ class BareResult(DiagnosedResult):
         return [Paragraph(text, Mood.DOUBTFUL if doubtful else Mood.PLAIN, strong=True), *body]
 
     def _ratios(self) -> Iterable[Part]:
-        def verdict(each: BareJoint) -> str:
-            return "reference" if each.joint == self.reference else "refused" if each.ratio is None else "identified"
+        def verdict(each: BareJoint) -> str | Cell:
+            if each.joint == self.reference:
+                return "reference"
+            return REFUSED if each.ratio is None else Cell("identified", Mood.GOOD)
 
         yield table(
             self.joints,

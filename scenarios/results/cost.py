@@ -168,9 +168,9 @@ class ResultCost(ResultModel):
             numbers = {each.joint: (getattr(each, name), getattr(each, f"{name}_std")) for each in self.joints}
             found = {j: (100.0 * (m / weight - 1.0), 200.0 * std / weight) for j, (m, std) in numbers.items() if m}
             series[label] = {j: (off, off - reach, off + reach) for j, (off, reach) in found.items()}
-        title, said = "Mass of the payload from each joint alone", "Error of the mass, with two standard deviations."
+        title, said = "Mass of the payload from each joint alone", "Error of the mass, two standard deviations."
         joints = [each.joint for each in self.joints]
-        return intervals_plot(title, said, "Error of the mass [%]", joints, series, zero=True)
+        return intervals_plot(title, said, "Error of the mass [%]", joints, series, limit=0.0)
 
     def verdict(self) -> Paragraph:
         """Return a sentence on the mass with both sets of gains, and on the single joint with the largest error."""

@@ -15,6 +15,8 @@ from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.rendering.wording import many, number, percent
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
+REFUSED = Cell("refused", Mood.DOUBTFUL)
+"""Verdict on a joint without a gain."""
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
 PLANNED_LOGS = "logs of these motions"
 """Logs that are not recorded yet."""

@@ -22,6 +22,7 @@ from scenarios.rendering.wording import in_unit, joints_named, many, percent, ro
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
     MOODS,
+    REFUSED,
     DiagnosedResult,
     doubt_paragraphs,
     horizon_fold,
@@ -274,8 +275,7 @@ class Result(DiagnosedResult):
                 return Cell("FAILED", Mood.BAD)
             if not judged and gain.identifiable and gain.joint in self._in_doubt:
                 return Cell("in doubt", Mood.DOUBTFUL)
-            mood = Mood.GOOD if judged or gain.identifiable else Mood.DOUBTFUL
-            return Cell(("passed" if judged else "identified") if gain.identifiable else "refused", mood)
+            return Cell("passed" if judged else "identified", Mood.GOOD) if gain.identifiable else REFUSED
 
         def value(title: str, name: str) -> ColumnOf[ResultGain]:
             return column(f"{title} [{unit}]", lambda gain: rounded(getattr(gain, name), gain.std and 2.0 * gain.std))
@@ -310,14 +310,15 @@ class Result(DiagnosedResult):
                 ends[gain.joint] = away, away - reach, away + reach
                 limit = 100.0 * (gain.tolerance or 0.0)
                 allowed[gain.joint] = 0.0, -limit, limit
-        bar = "plus and minus two standard deviations, all contributions included."
+        bar, line = "plus and minus two standard deviations, all contributions included.", 0.0 if stated else None
         if self.judged:
             title, series = "Error of each gain, with its interval", {"Error, 2 sigma": ends, "Tolerance": allowed}
-            caption = f"First: identified minus injected gain, {bar} A 95 % interval should contain zero in 19 of 20 "
-            return intervals_plot(title, f"{caption}cases. Second: tolerance.", "Error [%]", joints, series)
+            caption = f"Error: identified minus injected gain, {bar} It should contain zero in 19 of 20 cases."
+            return intervals_plot(title, caption, "Error [%]", joints, series)
         of = "the assumed gain" if stated else "the gain"
         title, y, series = f"Interval of each gain, relative to {of}", f"Gain [% from {of}]", {"Gain, 2 sigma": ends}
-        return intervals_plot(title, f"Bar: {bar} Refused joints have no number.", y, joints, series, zero=True)
+        caption = f"Bar: {bar} Refused joints have no number." + " Dashed: the assumed gain." * stated
+        return intervals_plot(title, caption, y, joints, series, limit=line)
 
 
 def sources_simulated(sources: "Mapping[str, SourceTable]") -> str | None:

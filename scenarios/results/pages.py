@@ -44,10 +44,6 @@ KINDS = {"run": Result, "identification": Result, "check": Check, "bare": BareRe
 """Results by the kind that a record states."""
 PIXELS = 400
 """Number of time intervals, of each of which the lowest and the highest current are drawn."""
-WIDTH = 480
-"""Pixels of a picture."""
-PATIENCE = 60.0
-"""Timeout of a picture [s]."""
 
 
 def page_of(folder: Path) -> Report:
@@ -74,8 +70,7 @@ def kind_of(folder: Path) -> str:
     for name, kind in ((COMPARISON, "comparison"), (PAPER, "paper")):
         if (folder / name).is_file():
             return kind
-    lacking = "contains no whole result of this version"
-    raise ScenarioError(f"{place}: {lacking}; expected a folder written by {LEAVERS}")
+    raise ScenarioError(f"{place}: contains no whole result of this version; expected a folder written by {LEAVERS}")
 
 
 def page(folder: Path) -> Report:
@@ -170,10 +165,10 @@ def still(named: str) -> Picture | None:
     """
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "still.png"
-        words = ["view", named, "--render", str(path), "--width", str(WIDTH)]
+        words = ["view", named, "--render", str(path), "--width", "480"]
         try:
             command = [sys.executable, "-m", "scenarios", *words]
-            subprocess.run(command, capture_output=True, timeout=PATIENCE, check=True)
+            subprocess.run(command, capture_output=True, timeout=60.0, check=True)
             drawn = path.read_bytes()
         except (OSError, subprocess.SubprocessError):
             return None

@@ -1,6 +1,6 @@
 """Parts of results, and intervals as they are drawn."""
 
-from scenarios.rendering.content import Table
+from scenarios.rendering.content import Cell, Table
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import ResultModel
 
@@ -14,6 +14,11 @@ def drawn_intervals(axes) -> list[dict[int, tuple[float, float, float]]]:
         values = line.get_xydata().tolist()
         found.append({names[round(at)]: (y, *own) for (at, y), own in zip(values, ends, strict=True)})
     return found
+
+
+def cells(*texts: str) -> tuple[Cell, ...]:
+    """A row of a table."""
+    return tuple(map(Cell, texts))
 
 
 def tables(result: ResultModel) -> list[Table]:

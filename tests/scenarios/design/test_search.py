@@ -273,9 +273,10 @@ def test_a_search_that_improves_writes_the_scenario_s_own_motion_where_it_finds_
     monkeypatch.setattr(Series, "point", lambda self, _: self.drawn(np.zeros(6), np.random.default_rng(0)))
     assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve"]) == 0
     assert given[:3] == [module.SMALL_STEP, 0, 40000]
-    said = capsys.readouterr().err
-    assert "so the scenario's own motion is written" in said
-    start, now, change = map(float, re.search(r"at the start (\S+) %, now (\S+) % \((\S+) %\)", said).groups())
+    said = capsys.readouterr()
+    assert "so the scenario's own motion is written" in said.err
+    shown = " ".join(said.out.split())
+    start, now, change = map(float, re.search(r"at the start (\S+) %, now (\S+) % \((\S+) %\)", shown).groups())
     own, written = setup_of(load_scenario("tx40")).experiments[0].trajectory, read_motion("m.toml", tmp_path)
     worst = 100.0 * Design.of(setup_without_motion(load_scenario("tx40"))).worst(own)
     np.testing.assert_allclose((now, change), (worst, 100.0 * (worst / start - 1.0)), rtol=0.01, atol=0.5)

@@ -5,9 +5,10 @@ from dataclasses import replace
 from html import unescape
 
 import pytest
+from page_parts import cells
 
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.content import Column, Heading, Line, Mood, Paragraph, Picture, Report, Table, cells
+from scenarios.rendering.content import Column, Heading, Line, Mood, Paragraph, Picture, Report, Table
 from scenarios.rendering.html import script_json, sections
 from scenarios.rendering.plot import Plot
 
@@ -51,11 +52,13 @@ def test_no_text_of_a_report_is_html_and_a_page_asks_for_nothing_from_anywhere()
 
 
 def test_what_stands_between_backticks_is_code_and_as_it_was_elsewhere():
-    said = "mount more, `rx90 payload <b>` designs it; one ` alone stays"
+    said = "mount more, `rx90 payload <b>` designs it; one ` alone stays; 4 N m, 2 sigma"
     table = Table(columns=(Column(title="t", words=True),), rows=(cells("say `iv`"),))
     report = Report("Title", (Paragraph(said), table), {})
     page = renderer("html")(report, Page())
-    assert "more, <code>rx90 payload &lt;b&gt;</code> designs it; one ` alone stays</p>" in page
+    assert (
+        "more, <code>rx90 payload &lt;b&gt;</code> designs it; one ` alone stays; 4 N&nbsp;m, 2&nbsp;sigma</p>" in page
+    )
     assert "say <code>iv</code></t" in page
     assert "off by 3.7&nbsp;%</p>" in renderer("html")(Report("Title", (Paragraph("off by 3.7 %"),), {}), Page())
     assert "`rx90 payload <b>`" in renderer("text")(report, Page())

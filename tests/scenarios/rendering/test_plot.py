@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from page_parts import drawn_intervals
 
-from scenarios.rendering.plot import COLOURS, LIMIT, SERIES, Plot, draw_bars, draw_intervals
+from scenarios.rendering.plot import COLOURS, LIMIT, SERIES, Plot, draw_bars, intervals_plot
 
 JOINTS = (10, 9, 2)
 ENDS = {10: (3.5, 3.0, 4.5), 2: (1.5, 1.0, 2.5)}
@@ -30,16 +30,13 @@ def test_bars_stand_at_their_joints_in_order_beside_those_of_other_series():
     assert [text.get_text() for text in axes.figure.legends[0].get_texts()] == ["one", "other"]
 
 
-def test_an_interval_is_a_rule_with_a_point_and_its_axis_includes_zero_or_a_limit_where_that_is_stated():
-    (axes,) = plot(partial(draw_intervals, joints=JOINTS, series={"one": ENDS})).figure().axes
+def test_an_interval_is_a_rule_with_a_point_and_its_axis_includes_a_limit_that_is_stated():
+    (axes,) = intervals_plot("", "", "Gain", JOINTS, {"one": ENDS}).figure().axes
     assert drawn_intervals(axes) == [{10: ENDS[10], 2: ENDS[2]}]
     assert axes.get_ylim()[0] > 0.5
-    for more, ends in (({"zero": True}, (0.0, 4.7)), ({"limit": 9.0}, (0.5, 9.4))):
-        (axes,) = (
-            plot(partial(draw_intervals, joints=JOINTS, series={"one": ENDS, "two": {9: (2, 1, 3)}}, **more))
-            .figure()
-            .axes
-        )
+    for limit, ends in ((0.0, (-0.2, 4.7)), (9.0, (0.5, 9.4))):
+        series = {"one": ENDS, "two": {9: (2, 1, 3)}}
+        (axes,) = intervals_plot("", "", "Gain", JOINTS, series, limit=limit).figure().axes
         assert drawn_intervals(axes) == [{10: ENDS[10], 2: ENDS[2]}, {9: (2, 1, 3)}]
         assert axes.get_ylim() == pytest.approx(ends, abs=0.2)
     assert set(axes.lines[-1].get_ydata()) == {9.0}

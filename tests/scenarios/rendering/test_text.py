@@ -3,6 +3,7 @@ import shlex
 from dataclasses import replace
 
 import pytest
+from page_parts import cells
 
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
@@ -15,7 +16,6 @@ from scenarios.rendering.content import (
     Picture,
     Report,
     Table,
-    cells,
     column,
     table,
 )
@@ -121,8 +121,10 @@ def test_text_fits_the_page_and_cuts_no_number(width):
     assert "and 1 more (--format markdown shows them)" in " ".join(text.split())
     assert "-17.25" not in text
     assert "…" not in text
-    told = renderer("text")(Report("Title", (Paragraph("one gain is 3.7 % off"),), {}), Page(width=16))
+    said = Paragraph("one gain is 3.7 % off"), Paragraph("one puts 1.23 N m")
+    told = renderer("text")(Report("Title", said, {}), Page(width=16))
     assert "3.7 %" in told
+    assert "1.23 N m" in told
     assert "\x1b" not in text
 
 

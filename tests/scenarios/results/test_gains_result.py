@@ -94,9 +94,11 @@ def test_a_warning_of_a_gain_itself_is_in_its_row_and_in_the_first_sentence(name
     weak = Diagnosis(name=name, severity=Severity.WEAK, sentence="so", joints=(1, 2))
     gains = identified(0.8, 0.02), identified(0.7, 0.03), REFUSED
     result = result_of(*gains, said=Diagnosed(diagnoses=(weak, replace(DOUBT, joints=(0,)))))
+    moods = {"in doubt": Mood.DOUBTFUL, "identified": Mood.GOOD, "refused": Mood.DOUBTFUL}
     verdicts = [row[-1].text for row in tables(result)[0].rows]
     expected = ["in doubt" if j in doubted else "identified" for j in (1, 2)]
     assert verdicts == [*expected, "refused"]
+    assert [row[-1].mood for row in tables(result)[0].rows] == [moods[each] for each in verdicts]
     assert texts(result)[0].partition("; ")[2].startswith("joint") == bool(doubted)
 
 
@@ -164,7 +166,7 @@ def test_plots_show_two_deviations_in_percent_of_the_gain():
     cost = ResultCost.model_construct(joints=joints, payload=[MASS], arm=[], tolerance=None, passed=None)
     plot = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain")
     assert intervals_of(plot) == [{2: pytest.approx((60.0, 52.0, 68.0), rel=1e-9)}]
-    assert plot.figure().axes[0].get_ylim()[0] == 0.0  # a difference is seen from zero
+    assert list(plot.figure().axes[0].lines[-1].get_ydata()) == [0.0, 0.0]  # the assumed gain
     gains = [verdict(1, **NONE, tolerance=0.03), verdict(2)]
     plot = plot_of(result_of(identified(0.8, 0.02), gains=gains), "Error of each gain")
     # The refused joint does not stretch the axis; 0.015 is 3 % of 0.5.

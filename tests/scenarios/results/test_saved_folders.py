@@ -147,6 +147,9 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     assert set(given.values()) == {True, False}
     assert (told["consistent"], "without link masses" in told["consistent_reason"]) == (None, True)  # a folder's model
     found, refused = ([k for k in given if given[k] is wanted] for wanted in (True, False))
+    ratios = next(part for part in report.parts if isinstance(part, Table))
+    verdicts = {k: row[-1].text for k, row in enumerate(ratios.rows, 1)}
+    assert verdicts == {k: {True: "identified", False: "refused"}[given[k]] for k in given} | {reference: "reference"}
     spread = sorted(200.0 * told["joints"][k - 1]["rel_std"] for k in found)
     texts = [part.text for part in report.parts if isinstance(part, Paragraph)]
     for words in (joints_named(found), joints_named(refused), f"{spread[0]:.2g} to {spread[-1]:.2g} %"):

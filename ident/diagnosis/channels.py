@@ -29,7 +29,7 @@ def wraps(recording: Recording) -> Indices:
     if turned.any():
         turned &= np.abs(step) > FASTEST * np.maximum(interval, np.median(interval))
         turned &= np.array([[foreign_unit(q) == 1.0] for q in recording.q.T])
-    return np.where(turned, np.sign(step), 0.0).astype(np.intp)
+    return np.where(turned, np.sign(step), 0.0).astype(np.int8)
 
 
 def continuous(recording: Recording) -> Recording:

@@ -128,7 +128,7 @@ class Reference:
 def _filtered(sweep: Sweep, torque: Array) -> Array:
     """Convert torques (S, n, m) to rows, joint by joint, by their own values alone; `Sweep.rows` interpolates."""
     behind = sweep.behind
-    moving = np.where(behind.moving[behind.at][:, :, None], torque, 0.0)
+    moving = behind.moving[behind.at][:, :, None] * torque
     rows = (_row_filter(behind) @ moving.reshape(len(moving), -1)).reshape(-1, *moving.shape[1:])
     return np.vstack([rows[each.position, j] for j, each in enumerate(sweep.motion.observation.joints)])
 

@@ -13,7 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.problem import Problem
+from ident.estimation.problem import Columns, Problem
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, own_rotors, separate_rotors, shown_hz
 from ident.estimation.terms import (
@@ -130,7 +130,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     # so that noise of currents reaches it in as many directions as there are columns; those of an earlier fit's load
     # would add the changes from pass to pass, which are noise near convergence
     ready, plain = fitted_to(problem_of(axes, logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)))))
-    along, columns = torques_of(ready, plain.theta), ready.columns
+    along, columns = torques_of(ready, plain.theta), Columns.of(ready.problem.motions)
     loaded = fit(ready, {"load": Term(load_terms(ready, plain, along, ["load"])["load"]["load"], 0.04, 0.03)}, plain)
     first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
     spare[columns.joint == 1] *= 1e-15  # rounding errors of a column that this joint does not have

@@ -113,6 +113,13 @@ class Stacked:
         own = self.position if log is None else self.position[self.motion == log]
         return self.position / max(1, int(own.max(initial=1))) - 0.5
 
+    def of_logs(self, parts: Sequence[Array]) -> Array:
+        """Join the rows of each motion, as `Sweep.rows` gives them, to these, shape (r, m)."""
+        out = np.empty((len(self.V), *parts[0].shape[1:]))
+        for number, part in enumerate(parts):
+            out[self.motion == number] = part
+        return out
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Columns(Stacked):

@@ -73,13 +73,6 @@ class Setting:
         """Whether every motion has its recording, which columns that follow from torques need."""
         return bool(self.sweeps)
 
-    def of_logs(self, parts: Sequence[Array]) -> Array:
-        """Join the rows of each motion, as `Sweep.rows` gives them, to those of `columns`, shape (r, m)."""
-        out = np.empty((len(self.columns.V), *parts[0].shape[1:]))
-        for number, part in enumerate(parts):
-            out[self.columns.motion == number] = part
-        return out
-
     def with_gains(self, given: Sequence[GivenGain]) -> "Setting":
         """Return the same problem with other known gains."""
         start = _start(self, given)
@@ -129,15 +122,16 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     columns = Columns.of(problem.motions)
     A, k = shared.columns(columns)
     names, F = columns.friction(per_motion=per_motion)
-    payload = np.hstack([A[:, :0], *columns.W_L])
     spread = [W_L @ each.spread for W_L, each in zip(columns.W_L, shared.parts, strict=True)]
-    spread, columns = np.hstack([A[:, :0], *spread]), columns.stacked  # without columns that are large for long logs
+    spread, p = np.hstack([A[:, :0], *spread]), A.shape[1]
+    A = np.hstack((A, k[:, None], columns.V[:, None], *columns.W_L))
+    columns = columns.stacked  # without W and W_L, which are large for long logs
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
     recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
     block = time_blocks(columns.motion, columns.position)
     layout = Layout.of(problem.structure.arm.n, columns.joint, block, int(block.max(initial=0)) + 1)
-    kV = np.column_stack((k, columns.V))
-    blocks = Blocks.of(layout, F, A, kV, payload)
+    blocks = Blocks.of(layout, F, A, p)
+    del A
     check_rows(blocks, blocks.own)
     h = np.zeros(problem.structure.arm.n)
     for j in range(len(h)) if shared.parts else ():

@@ -132,7 +132,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     ready, plain = fitted_to(problem_of(axes, logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)))))
     along, columns = torques_of(ready, plain.theta), Columns.of(ready.problem.motions)
     loaded = fit(ready, {"load": Term(load_terms(ready, plain, along, ["load"])["load"]["load"], 0.04, 0.03)}, plain)
-    first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
+    first, spare = compliance_columns(ready.columns, along), np.random.default_rng(7).standard_normal(len(columns.V))
     spare[columns.joint == 1] *= 1e-15  # rounding errors of a column that this joint does not have
     found = transmitted_columns(replace(ready, softened=first), loaded, along, [spare])
     whole = [each.sweep.rows(each.softened(transmitted(each.sweep, loaded)[each.sweep.behind.at])) for each in along]
@@ -140,7 +140,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     for j in range(N):
         own = columns.joint == j  # a payload's YY does not act on the first joint either
         unit = W[own] / np.maximum(np.linalg.norm(W[own], axis=0), 1e-6 * np.linalg.norm(W, axis=0))
-        expected = unit @ np.linalg.lstsq(unit, ready.of_logs(whole)[own], rcond=1e-9)[0]
+        expected = unit @ np.linalg.lstsq(unit, ready.columns.of_logs(whole)[own], rcond=1e-9)[0]
         np.testing.assert_allclose(found[own], expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
 
@@ -149,7 +149,7 @@ def test_joints_yield_beside_the_friction_of_the_fit_whose_torques_they_carry(ax
     spare, elastic = np.random.default_rng(7).standard_normal(len(ready.columns.V)), np.array([0, 2])
     wide, loads = columns_along(ready, plain, ["load"], elastic, {"spare": Term(spare)})
     along = torques_of(ready, plain.theta)
-    softened = replace(ready, softened=compliance_columns(ready, along))
+    softened = replace(ready, softened=compliance_columns(ready.columns, along))
     expected = transmitted_columns(softened, plain, along, [spare, loads["load"]["load"]])[:, elastic]
     found, other = (fit(each, {}, plain).theta[-2:] for each in (wide, ready.widened(expected)))
     np.testing.assert_allclose(found, other, rtol=1e-9)

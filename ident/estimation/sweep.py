@@ -12,7 +12,7 @@ velocity and acceleration. The rotor is not affected, if its inertia is identifi
 much, its joint is at q - d. A tilted base rotates gravity about an axis perpendicular to it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -184,9 +184,14 @@ class Torques:
         """Change of the torques as a method of `Dynamics` gives it, shape (S, n, m)."""
         return np.concatenate([change(links) for _, links in self.links])
 
-    def _displaced(self, further: States) -> Array:
-        """Change of the torques by displacements and their derivatives, shape (S, n, n)."""
-        return np.concatenate([links.displaced(further.of(piece)) for piece, links in self.links])
+    def _displaced(self, *further: States) -> Array:
+        """Change of the torques by each of m displacements and their derivatives, shape (S, n, m n)."""
+        return np.concatenate(
+            [
+                np.concatenate([links.displaced(each.of(piece)) for each in further], axis=2)
+                for piece, links in self.links
+            ]
+        )
 
     def softened(self, torque: Array | None = None) -> Array:
         """Change of the torques per unit of each joint's compliance, shape (S, n, n), torque first.
@@ -215,14 +220,15 @@ class Torques:
             rows.append(sweep.decimated(full[..., None]))
         return np.hstack(rows)
 
-    def turned(self, beside: int) -> Array:
-        """Change per share of the angle of joint j + `beside` by which motor j also turns, (S, n, n); that of j last.
+    def turned(self, beside: Sequence[int]) -> Array:
+        """Change per share of the angle of joint j + k by which motor j also turns, k of m `beside`, (S, n, m n).
 
         The joint is then elsewhere by the share of the angle, and the motor carries that share of the other's torque.
         """
-        states, motors = self.sweep.behind.states, np.arange(self.arm.n)
-        change = self._displaced(States(*(-np.roll(x, -beside, axis=1) for x in states)))
-        change[:, (motors + beside) % self.arm.n, motors] -= self._of_links(self.sampled)
+        states, motors, n = self.sweep.behind.states, np.arange(self.arm.n), self.arm.n
+        change = self._displaced(*(States(*(-np.roll(x, -k, axis=1) for x in states)) for k in beside))
+        for number, k in enumerate(beside):
+            change[:, (motors + k) % n, number * n + motors] -= self._of_links(self.sampled)
         return change
 
     def slowed_down(self) -> Array:

@@ -79,7 +79,7 @@ def test_a_motor_that_also_turns_by_another_angle_carries_another_torque(axes, b
     chi[np.setdiff1d(own_rotors(axes), separate_rotors(axes))] = 0.0  # the inertia of links and rotor together
     chi[separate_rotors(axes)] += 0.37
     along = replace(along, chi=chi)
-    states, step, found = along.sweep.behind.states, 1e-6, along.turned(beside)
+    states, step, found = along.sweep.behind.states, 1e-6, along.turned((1, beside))[..., N:]
     for motor in range(max(0, -beside), N - max(0, beside)):
         A = np.eye(N)
         A[motor, motor + beside] += step

@@ -186,12 +186,8 @@ class Torques:
 
     def _displaced(self, *further: States) -> Array:
         """Change of the torques by each of m displacements and their derivatives, shape (S, n, m n)."""
-        return np.concatenate(
-            [
-                np.concatenate([links.displaced(each.of(piece)) for each in further], axis=2)
-                for piece, links in self.links
-            ]
-        )
+        parts = ([links.displaced(each.of(piece)) for each in further] for piece, links in self.links)
+        return np.concatenate([np.concatenate(part, axis=2) for part in parts])
 
     def softened(self, torque: Array | None = None) -> Array:
         """Change of the torques per unit of each joint's compliance, shape (S, n, n), torque first.

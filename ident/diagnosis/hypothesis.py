@@ -47,18 +47,6 @@ class LogHypothesis:
         parts = (self.q_factor, self.q_mixing, self.zero, self.q_order, np.float64(self.clock))
         return b"".join(each.tobytes() for each in parts)
 
-    @property
-    def keeps_positions(self) -> bool:
-        """Whether positions are used as they are."""
-        plain = (self.q_order == np.arange(len(self.zero))).all() and (self.q_factor == 1.0).all()
-        return bool(plain and not (self.zero.any() or self.q_mixing.any()))
-
-    @property
-    def keeps_currents(self) -> bool:
-        """Whether currents are used as they are."""
-        plain = (self.v_order == np.arange(len(self.zero))).all() and (self.v_factor == 1.0).all()
-        return bool(plain and not self.delay.any())
-
     def mixed(self, x: Array) -> Array:
         """Return positions, speeds or accelerations of the arm, without zeros, from those of the log, (..., N, n)."""
         ordered = x[..., self.q_order]
@@ -66,11 +54,15 @@ class LogHypothesis:
 
     def read(self, log: Recording) -> Recording:
         """Return the log under this hypothesis; the same object if nothing changes, and the same arrays."""
-        if self.keeps_positions and self.keeps_currents and self.clock == 1.0:
+        own = np.arange(len(self.zero))
+        given_q = (self.q_order == own).all() and (self.q_factor == 1.0).all()
+        given_q = given_q and not (self.zero.any() or self.q_mixing.any())
+        given_v = (self.v_order == own).all() and (self.v_factor == 1.0).all()
+        if given_q and given_v and not self.delay.any() and self.clock == 1.0:
             return log
-        v = log.v if self.keeps_currents else self.v_factor * log.v[:, self.v_order]
         t = log.t if self.clock == 1.0 else self.clock * log.t
-        q = log.q if self.keeps_positions else self.mixed(log.q) + self.zero
+        q = log.q if given_q else self.mixed(log.q) + self.zero
+        v = log.v if given_v else self.v_factor * log.v[:, self.v_order]
         if self.delay.any():
             periods = self.delay / log.period
             v = np.column_stack([delayed(each[:, None], -float(p)) for each, p in zip(v.T, periods, strict=True)])

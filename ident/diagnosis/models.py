@@ -87,7 +87,7 @@ class Reference:
     h: Array  # 1/g of each joint, relative to the one that was set, shape (n,)
     theta: Array  # shared parameters, shape (p,)
     friction: tuple[dict[tuple[str, int], float], ...]  # values of each joint's own columns by name and motion
-    currents: Array  # fitted currents of the rows, shape (r,)
+    explained: tuple[Array, ...]  # fitted currents of each joint's rows, n arrays of shape (r_j, 1)
     torques: tuple[Torques, ...]  # torques of the fitted arm along each log
 
     def change(self, of: Callable[[Torques], Array]) -> tuple[Array, ...]:
@@ -101,11 +101,6 @@ class Reference:
 
     def _currents(self, torque: Array) -> tuple[Array, ...]:
         return tuple(h * torque[self.rows.joint == j] for j, h in enumerate(self.h))
-
-    @cached_property
-    def explained(self) -> tuple[Array, ...]:
-        """Fitted currents of each joint's rows, n arrays of shape (r_j, 1)."""
-        return tuple(self.currents[self.rows.joint == j, None] for j in range(len(self.h)))
 
     def within(
         self, columns: Sequence[Array], logs: Sequence[int], joints: Sequence[int] | None = None
@@ -152,15 +147,13 @@ def reference(problem: Problem) -> Reference | None:
         fitted = reference_fit(problem)
     except IdentificationError:
         return None
+    rows, joints, currents = fitted.ready.columns, range(len(fitted.h)), fitted.fitted_currents[:, None]
     return Reference(
-        problem=problem,
-        rows=fitted.ready.columns,
-        h=fitted.h,
-        theta=fitted.theta,
-        friction=tuple(fitted.friction(j) for j in range(len(fitted.h))),
-        currents=fitted.fitted_currents,
+        problem=problem, rows=rows, h=fitted.h, theta=fitted.theta,
+        friction=tuple(fitted.friction(j) for j in joints),
+        explained=tuple(currents[rows.joint == j] for j in joints),
         torques=torques_of(fitted.ready, fitted.theta),
-    )
+    )  # fmt: skip
 
 
 def reference_fit(problem: Problem) -> Fit:

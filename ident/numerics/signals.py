@@ -20,8 +20,6 @@ KERNEL_CUTOFFS = 3.3
 """Length of the decimation kernel in periods of its cut-off, which is then the width of the transition band."""
 SETTLING = 2.0
 """Duration of edge effects of a filtered recording, in periods of the cut-off."""
-TOGETHER = 256
-"""Number of blocks that are transformed at once; more exceed the processor's cache."""
 NOISE_BAND = (0.25, 0.45)
 """Frequency band that has only noise, relative to the sampling rate."""
 
@@ -178,10 +176,7 @@ def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
     """
     blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
     window = np.hanning(size + 1)[:-1]  # (1 - cos(2 pi k / size)) / 2
-    total = np.zeros((size // 2 + 1, x.shape[1]))
-    for few in np.array_split(blocks, -(-len(blocks) // TOGETHER)):
-        spectrum = np.fft.rfft((few - few.mean(axis=2, keepdims=True)) * window)
-        total += np.sum(np.abs(spectrum) ** 2, axis=0).T
-    power = total * (period / np.sum(window**2) / len(blocks))
+    spectrum = np.fft.rfft((blocks - blocks.mean(axis=2, keepdims=True)) * window)
+    power = np.mean(np.abs(spectrum) ** 2, axis=0).T * (period / np.sum(window**2))
     power[1 : None if size % 2 else -1] *= 2.0  # contribution of negative frequencies
     return np.asarray(np.fft.rfftfreq(size, period), np.float64), power

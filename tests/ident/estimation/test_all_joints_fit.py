@@ -10,6 +10,7 @@ from pinocchio_arms import random_arm
 from scipy import optimize
 
 from ident.estimation.all_joints import Fit, fit, search, solution
+from ident.estimation.blocks import outside
 from ident.estimation.estimate import GainSolution
 from ident.estimation.intervals import classical, jackknife, time_blocks
 from ident.estimation.problem import Columns
@@ -246,6 +247,15 @@ def free_sigma(columns: Columns, F: np.ndarray, A: np.ndarray, joint: int) -> fl
     unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
     x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
     return float(np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank))
+
+
+def test_the_part_of_a_column_outside_a_basis_is_orthogonal_to_it_even_if_it_is_a_millionth(rng):
+    Q = np.linalg.qr(rng.normal(size=(3, 90, 7)))[0]
+    within, new = Q @ rng.normal(size=(3, 7, 2)), rng.normal(size=(3, 90, 2))
+    left, along = outside(Q, within + 1e-6 * new)  # one pass alone leaves rounding of the whole column
+    size = np.linalg.norm(left, axis=1, keepdims=True)
+    np.testing.assert_allclose(Q.swapaxes(1, 2) @ left / size, 0.0, atol=1e-14)
+    np.testing.assert_allclose(Q @ along + left, within + 1e-6 * new, rtol=0, atol=1e-14)
 
 
 def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):

@@ -10,7 +10,7 @@ from consistency_logs import doubted, logs_of, problem_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
-from ident.diagnosis.models import Reference, free_columns, reference
+from ident.diagnosis.models import Reference, free_columns, reference, reference_fit
 from ident.estimation.intervals import BLOCKS
 from ident.estimation.problem import joint_rows
 from ident.model.parameters import STANDARD
@@ -61,8 +61,8 @@ def test_a_log_with_a_payload_may_come_before_the_bare_one(axes, sound, fit):
     turned = doubted(axes, sound.recordings[::-1], (BRICK, None))
     squares = np.roll(turned.fits.score.squares, BLOCKS, axis=1)
     np.testing.assert_allclose(squares, sound.fits.score.squares, rtol=1e-4)  # but for the weak prior of each column
-    other = reference(turned.problem).fitted
-    np.testing.assert_allclose(other.cost, fit.fitted.cost, rtol=1e-6)
+    other = reference_fit(turned.problem)
+    np.testing.assert_allclose(other.cost, reference_fit(sound.problem).cost, rtol=1e-6)
     payloads = [each.payload and each.payload.known for each in other.ready.problem.motions]
     assert payloads == [None, "none"]
 

@@ -11,7 +11,6 @@ set to 1: no prior knowledge is needed, and currents do not depend on this scale
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse

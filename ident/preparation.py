@@ -8,6 +8,7 @@ import numpy as np
 from ident.diagnosis.diagnose import common_delay, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.hypothesis import Logs
+from ident.diagnosis.motion_quality import by_joint
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
 from ident.diagnosis.search import MOST
@@ -198,6 +199,7 @@ def examined(
         unfit, parts = error, []
     if policy.checked and unfit is None:
         diagnoses |= {name: tuple(SAMPLE_CHECKS[name](longest, observing)) for name in FILTERED}
+    by_joint.cache_clear()
     return Examined(
         recording=recording,
         repaired=whole,

@@ -68,12 +68,14 @@ def small_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     arm = logs.structure.arm
     if arm.couplings:  # which a matrix cannot have beside it
         return
-    for beside in (-1, 0, 1):
-        moved = reference.change(lambda along, beside=beside: along.turned(beside))
+    neighbours = (-1, 0, 1)
+    moved = [np.hsplit(each, 3) for each in reference.change(lambda along: along.turned(neighbours))]
+    for number, beside in enumerate(neighbours):
         for j in range(max(0, -beside), arm.n - max(0, beside)):
             if arm.revolute[j] == arm.revolute[j + beside]:
                 reach = max(float(np.abs(log.q[:, j + beside]).max()) for log in logs.recordings)
-                columns, largest = [each[:, j : j + 1] for each in moved], LARGEST_ANGLE / max(reach, STILL)
+                columns = [each[number][:, j : j + 1] for each in moved]
+                largest = LARGEST_ANGLE / max(reach, STILL)
                 yield small(shared(logs, j, j + beside, 0.0), columns, scale=100.0, largest=largest)
 
 

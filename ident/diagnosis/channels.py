@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, finding
 from ident.diagnosis.motion_quality import by_joint, current_noise
@@ -22,14 +23,14 @@ NEAR_TURN = 0.1
 
 
 @once_per_object
-def wraps(recording: Recording) -> Indices:
+def wraps(recording: Recording) -> NDArray[np.int8]:
     """Number of turns by which each position jumps after each row, shape (n, N - 1)."""
     step, interval = by_joint(recording).dq, np.diff(recording.t)
     turned = np.abs(np.abs(step) - TURN) < NEAR_TURN * TURN
     if turned.any():
         turned &= np.abs(step) > FASTEST * np.maximum(interval, np.median(interval))
         turned &= np.array([[foreign_unit(q) == 1.0] for q in recording.q.T])
-    return np.where(turned, np.sign(step), 0.0).astype(np.intp)
+    return np.where(turned, np.sign(step), 0.0).astype(np.int8)
 
 
 def continuous(recording: Recording) -> Recording:

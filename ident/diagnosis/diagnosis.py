@@ -171,3 +171,10 @@ def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:
 def two_digits(value: float, *, sign: str = "") -> str:
     """A number with two digits, or all digits before the decimal point."""
     return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"
+
+
+def larger(ratio: float) -> str:
+    """A ratio from 1 on, in words that begin a comparison; long logs reveal ratios near 1."""
+    if ratio < 2.0:
+        return f"{two_digits(100.0 * (ratio - 1.0))} % larger than"
+    return f"{two_digits(ratio)} times as large as"

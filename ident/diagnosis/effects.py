@@ -17,7 +17,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
 from ident.diagnosis.evidence import TOGETHER, UNSEEN, Evidence, Fits, Score, each_added
 from ident.diagnosis.hypothesis import Alternative, Logs
-from ident.diagnosis.models import Reference, numbered_blocks
+from ident.diagnosis.models import Reference, numbered_blocks, reference_fit
 from ident.diagnosis.search import Exact, FirstOrder, added
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
@@ -75,7 +75,8 @@ def of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
 
 def of_ratios(fit: Reference, small: FirstOrder) -> Iterator[Effect]:
     """Error of the ratio of each gain to the one that gives the most accurate ratios."""
-    found, influence = fit.fitted, fit.fitted.log_h.influence
+    found = reference_fit(fit.problem)
+    influence = found.log_h.influence
     currents = np.concatenate(
         [
             np.zeros(rows) if each is None else each @ small.value

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, larger, two_digits
 from ident.diagnosis.effects import claimed, consequence, severity_of
 from ident.diagnosis.motion_quality import acceleration_of_unit_noise, position_quanta, quiet_cutoff
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
@@ -119,7 +119,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     return finding(
         None, "autocorrelation",
         f"joint {worst + 1}: the residuals' autocorrelation is {lagged(solution.rows, worst, 1):z.2f} at lag 1; the "
-        f"standard deviation that accounts for it {verb} {size:.2g} times that of white residuals",
+        f"standard deviation that accounts for it {verb} {larger(size)} that of white residuals",
         advice if size > MUCH else None, joints=(worst,), value=size, unit="times",
     )  # fmt: skip
 

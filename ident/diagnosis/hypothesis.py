@@ -47,25 +47,22 @@ class LogHypothesis:
         parts = (self.q_factor, self.q_mixing, self.zero, self.q_order, np.float64(self.clock))
         return b"".join(each.tobytes() for each in parts)
 
-    @property
-    def changes_nothing(self) -> bool:
-        """Whether the log is used as it is."""
-        own = np.arange(len(self.zero))
-        in_place = (self.q_order == own).all() and (self.v_order == own).all()
-        plain = (self.q_factor == 1.0).all() and (self.v_factor == 1.0).all() and self.clock == 1.0
-        return bool(in_place and plain and not any(x.any() for x in (self.zero, self.delay, self.q_mixing)))
-
     def mixed(self, x: Array) -> Array:
         """Return positions, speeds or accelerations of the arm, without zeros, from those of the log, (..., N, n)."""
         ordered = x[..., self.q_order]
         return self.q_factor * ordered + ordered @ self.q_mixing.T if self.q_mixing.any() else self.q_factor * ordered
 
     def read(self, log: Recording) -> Recording:
-        """Return the log under this hypothesis; the same object if nothing changes."""
-        if self.changes_nothing:
+        """Return the log under this hypothesis; the same object if nothing changes, and the same arrays."""
+        own = np.arange(len(self.zero))
+        given_q = (self.q_order == own).all() and (self.q_factor == 1.0).all()
+        given_q = given_q and not (self.zero.any() or self.q_mixing.any())
+        given_v = (self.v_order == own).all() and (self.v_factor == 1.0).all()
+        if given_q and given_v and not self.delay.any() and self.clock == 1.0:
             return log
-        v = self.v_factor * log.v[:, self.v_order]
-        t, q = self.clock * log.t, self.mixed(log.q) + self.zero
+        t = log.t if self.clock == 1.0 else self.clock * log.t
+        q = log.q if given_q else self.mixed(log.q) + self.zero
+        v = log.v if given_v else self.v_factor * log.v[:, self.v_order]
         if self.delay.any():
             periods = self.delay / log.period
             v = np.column_stack([delayed(each[:, None], -float(p)) for each, p in zip(v.T, periods, strict=True)])
@@ -155,7 +152,7 @@ class Logs:
         return tuple(range(len(self.recordings)))
 
 
-@lru_cache(maxsize=2)  # an alternative and its refinement; of a long log each has a hundred megabytes
+@lru_cache(maxsize=1)  # of long logs each has a hundred megabytes
 def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     """Return the logs under a hypothesis, observed again; `RecordingError` if they cannot be filtered under it."""
     arm, given = hypothesis.of_arm(logs.structure.arm), logs.observing

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, two_digits
+from ident.diagnosis.diagnosis import Diagnosis, Severity, finding, larger
 from ident.diagnosis.effects import HeldOutEstimate, between, consequence, diagnosis_of, severity_of
 from ident.diagnosis.evidence import Fits, log_density_improvement
 from ident.diagnosis.gain_checks import ENCODER_NOISE, noise_in_currents, noisy_positions
@@ -162,10 +162,8 @@ def _unexplained(base: HeldOutEstimate, free: Fits, *, beside_faults: bool) -> I
         return
     times = np.sqrt(base.by_joint.variance / np.where(free.sigma > 0.0, free.score.variance, np.inf))
     worst = int(np.argmax(times))
-    most = float(times[worst])  # significant in a long log even if small
-    size = f"{two_digits(most)} times as large as"
-    size = f"{two_digits(100.0 * (most - 1.0))} % larger than" if most < 2.0 else size
-    sentence = f"the residual of joint {worst + 1} is {size} in a fit of this joint alone"
+    most = float(times[worst])
+    sentence = f"the residual of joint {worst + 1} is {larger(most)} in a fit of this joint alone"
     name, cause = "unexplained", "no known cause explains the difference"
     advice = "check that the model, the payload and all logs are of one robot"
     more = base.by_joint.variance[worst] - free.score.variance[worst]

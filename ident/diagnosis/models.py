@@ -11,7 +11,6 @@ set to 1: no prior knowledge is needed, and currents do not depend on this scale
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -19,8 +18,8 @@ from scipy import sparse
 from ident.diagnosis.evidence import Fits, free_fit
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.intervals import BLOCKS, BlockedFit
-from ident.estimation.problem import OWN, Columns, Problem
-from ident.estimation.setting import Setting, setting
+from ident.estimation.problem import OWN, Columns, Problem, Stacked
+from ident.estimation.setting import setting
 from ident.estimation.sweep import Sweep, Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
 from ident.numerics.splines import slopes
@@ -78,57 +77,50 @@ PRIOR_STD = 1.0
 """Prior standard deviation of the logarithm of a gain, as in `nls`."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Reference:
-    """A fit of all joints to logs with unknown payloads."""
+    """What a fit of all joints to logs with unknown payloads gives; the fit itself is as large as the logs."""
 
-    ready: Setting  # inputs of the fit
-    fitted: Fit  # the fit; its 1/g of each joint are relative to the one that was set
-
-    @cached_property
-    def torques(self) -> tuple[Torques, ...]:
-        """Torques of the fitted arm along each log."""
-        return torques_of(self.ready, self.fitted.theta)
+    problem: Problem  # the logs
+    rows: Stacked  # their rows
+    h: Array  # 1/g of each joint, relative to the one that was set, shape (n,)
+    theta: Array  # shared parameters, shape (p,)
+    friction: tuple[dict[tuple[str, int], float], ...]  # values of each joint's own columns by name and motion
+    explained: tuple[Array, ...]  # fitted currents of each joint's rows, n arrays of shape (r_j, 1)
+    torques: tuple[Torques, ...]  # torques of the fitted arm along each log
 
     def change(self, of: Callable[[Torques], Array]) -> tuple[Array, ...]:
         """Change of each joint's currents, n arrays of shape (r_j, m), by one of the torques of a log, (S, n, m)."""
-        return self._currents(self.ready.of_logs([_filtered(each.sweep, of(each)) for each in self.torques]))
+        return self._currents(self.rows.of_logs([_filtered(each.sweep, of(each)) for each in self.torques]))
 
     def softened(self) -> tuple[Array, ...]:
         """Change of each joint's currents per plausible compliance of each joint, n arrays of shape (r_j, n)."""
-        size = assumed_compliance(self.ready.sweeps[0], self.fitted.theta)
-        return self._currents(compliance_columns(self.ready, self.torques) * np.where(size > 0.0, size, 1.0))
+        size = assumed_compliance(self.torques[0].sweep, self.theta)
+        return self._currents(compliance_columns(self.rows, self.torques) * np.where(size > 0.0, size, 1.0))
 
     def _currents(self, torque: Array) -> tuple[Array, ...]:
-        joint = self.ready.columns.joint
-        return tuple(h * torque[joint == j] for j, h in enumerate(self.fitted.h))
-
-    @cached_property
-    def explained(self) -> tuple[Array, ...]:
-        """Fitted currents of each joint's rows, n arrays of shape (r_j, 1)."""
-        joint, found = self.ready.columns.joint, self.fitted.fitted_currents[:, None]
-        return tuple(found[joint == j] for j in range(self.ready.n))
+        return tuple(h * torque[self.rows.joint == j] for j, h in enumerate(self.h))
 
     def within(
         self, columns: Sequence[Array], logs: Sequence[int], joints: Sequence[int] | None = None
     ) -> tuple[Array | None, ...]:
         """Return columns of each joint's rows, zero outside given logs, None outside given joints, if any."""
-        rows, own = self.ready.columns, range(self.ready.n) if joints is None else joints
+        rows, own = self.rows, range(len(self.h)) if joints is None else joints
         inside = np.isin(rows.motion, logs)[:, None]
         return tuple(each * inside[rows.joint == j] if j in own else None for j, each in enumerate(columns))
 
     def rate(self, along: Torques) -> Array:
         """Rate of change of the torques and of viscous friction along a log [N m / s], shape (S, n, 1)."""
-        log, friction = along.sweep.number, [self.fitted.friction(j) for j in range(self.ready.n)]
-        viscous = np.array([own.get(("Fv", log), own.get(("Fv", -1), 0.0)) for own in friction])
-        braking = viscous / self.fitted.h * along.sweep.behind.states.ddq
+        log = along.sweep.number
+        viscous = np.array([own.get(("Fv", log), own.get(("Fv", -1), 0.0)) for own in self.friction])
+        braking = viscous / self.h * along.sweep.behind.states.ddq
         return (slopes(along.sweep.knots, along.sampled) + braking)[..., None]
 
 
 def _filtered(sweep: Sweep, torque: Array) -> Array:
     """Convert torques (S, n, m) to rows, joint by joint, by their own values alone; `Sweep.rows` interpolates."""
     behind = sweep.behind
-    moving = np.where(behind.moving[behind.at][:, :, None], torque, 0.0)
+    moving = behind.moving[behind.at][:, :, None] * torque
     rows = (_row_filter(behind) @ moving.reshape(len(moving), -1)).reshape(-1, *moving.shape[1:])
     return np.vstack([rows[each.position, j] for j, each in enumerate(sweep.motion.observation.joints)])
 
@@ -150,12 +142,22 @@ def reference(problem: Problem) -> Reference | None:
     """Fit all joints, with unknown payloads; None if the fit fails, as for logs of another arm."""
     if any(motion.observation.full_rate is None for motion in problem.motions):
         return None
+    try:
+        fitted = reference_fit(problem)
+    except IdentificationError:
+        return None
+    rows, joints, currents = fitted.ready.columns, range(len(fitted.h)), fitted.fitted_currents[:, None]
+    return Reference(
+        problem=problem, rows=rows, h=fitted.h, theta=fitted.theta,
+        friction=tuple(fitted.friction(j) for j in joints),
+        explained=tuple(currents[rows.joint == j] for j in joints),
+        torques=torques_of(fitted.ready, fitted.theta),
+    )  # fmt: skip
+
+
+def reference_fit(problem: Problem) -> Fit:
+    """Fit all joints of logs with unknown payloads and an unknown scale; raises `NotIdentifiable`."""
     first = problem.motions[0].payload  # the others, bare or not, differ from this mounting by an unknown payload
     others = {id(each.payload): Payload(1.0, known="none") for each in problem.motions if each.payload is not first}
     unknown = tuple(replace(each, payload=others.get(id(each.payload))) for each in problem.motions)
-    try:
-        ready = setting(replace(problem, motions=unknown), per_motion=True, prior_std=PRIOR_STD, given=None)
-        fitted = fit(ready, {}, None)
-    except IdentificationError:
-        return None
-    return Reference(ready, fitted)
+    return fit(setting(replace(problem, motions=unknown), per_motion=True, prior_std=PRIOR_STD, given=None), {}, None)

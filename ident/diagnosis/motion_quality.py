@@ -52,7 +52,7 @@ class ByJoint(NamedTuple):
     dv: Array
 
 
-@once_per_object
+@lru_cache(maxsize=2)  # a log and its repaired form; cleared after its checks, as it is twice as large as the log
 def by_joint(recording: Recording) -> ByJoint:
     """Samples joint by joint, contiguous in time, as several checks need them."""
     q, v = np.ascontiguousarray(recording.q.T), np.ascontiguousarray(recording.v.T)

@@ -459,14 +459,12 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
             many = sum(name == names[k] and on for name, on in zip(names, used, strict=True))
             size[j, : 2 if names[k] == "Fc" else 1, j, k] = rms(own[own[:, k] != 0.0, k]) / many
     weights = size.reshape(2 * n, n, -1)
-    spread = [W_L @ each.spread for W_L, each in zip(columns.W_L, ready.shared.parts, strict=True)]
-    stated = final.h[joint][:, None] * np.hstack([np.zeros((len(joint), 0)), *spread])
     return GainSolution(
         rows=replace(final.rows, V=columns.V),
         joints=np.arange(n),
         inverse=final.h,
         influence=final.h[:, None] * log_h.influence,
-        payload=log_h.influence @ stated,
+        payload=(log_h.influence * final.h[joint]) @ ready.spread,
         model=np.hstack((log_h.belief, model)),
         load_rms=np.array([rms(ready.k[columns.loaded & (joint == j)]) for j in range(n)]),
         friction=np.einsum("qjf,jf->q", weights, final.phi).reshape(n, 2),

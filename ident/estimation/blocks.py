@@ -50,9 +50,11 @@ def flat(x: Array) -> Array:
 def outside(Q: Array, x: Array) -> tuple[Array, Array]:
     """Part of columns (.., r, m) outside orthonormal ones (.., r, b), and their coordinates in these, (.., b, m)."""
     along = flipped(Q) @ x
-    x = x - Q @ along
-    more = flipped(Q) @ x  # rounding errors of the first pass
-    return x - Q @ more, along + more
+    left = Q @ along
+    np.subtract(x, left, out=left)
+    more = flipped(Q) @ left  # rounding errors of the first pass
+    left -= Q @ more
+    return left, along + more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,11 +173,11 @@ class Blocks:
         return self.U[believed] / self.std[believed, None]
 
     @classmethod
-    def of(cls, layout: Layout, F: Array, A: Array, kV: Array, payload: Array) -> "Blocks":
-        """Of own columns (r, b), shared columns (r, p), known torque and currents (r, 2), and payloads' columns."""
-        own = Own.none(layout).extended(layout.padded(F))
-        n, p = layout.shape[0], A.shape[1]
-        raw = flat(layout.padded(np.hstack((A, kV, payload))))
+    def of(cls, layout: Layout, F: Array, columns: Array, p: int) -> "Blocks":
+        """Of own columns (r, b), and p shared columns, known torque, currents and payloads' columns, (r, p + 2 + m)."""
+        own, n = Own.none(layout).extended(layout.padded(F)), layout.shape[0]
+        raw = flat(layout.padded(columns))
+        del columns
         norms = np.linalg.norm(raw, axis=1)
         free, C = outside(flat(own.Q), raw)
         del raw

@@ -208,7 +208,7 @@ def columns_of(law: str, before: Fit) -> dict[int, Array]:
         columns = {log: np.where(rows.motion == log, i * rows.since_middle(log), 0.0) for log in logs}
     elif law == POSITION:
         turns = (np.stack((np.cos(each.behind.q), np.sin(each.behind.q)), axis=2) for each in ready.sweeps)
-        turn = ready.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, turns, strict=True)])
+        turn = ready.columns.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, turns, strict=True)])
         revolute = ready.problem.structure.arm.revolute.astype(bool)[rows.joint]
         share = np.where(revolute, i / np.where(rows.weight > 0.0, rows.weight, 1.0), 0.0)
         columns = {k: share * turn[:, k] for k in range(2)}

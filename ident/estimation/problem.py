@@ -1,7 +1,7 @@
 """Input of an estimator: the arm's structure, the motions with their payloads, and options; its rows, stacked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Annotated
 
 import numpy as np
@@ -97,10 +97,9 @@ def pair(unloaded: Observation, loaded: Observation, payload: Payload, options: 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Columns:
-    """`g V = W @ chi + sum of W_L @ chi_L`, rows in order of joints (eq. 16), then of motions."""
+class Stacked:
+    """Rows of motions, in order of joints (eq. 16), then of motions."""
 
-    names: tuple[str, ...]  # names of the arm's base parameters, b strings
     joint: Indices  # joint of each row, from 0, shape (r,)
     motion: Indices  # motion of each row, in the order given, shape (r,)
     position: Indices  # number of each row in its motion, including omitted rows, shape (r,)
@@ -108,6 +107,25 @@ class Columns:
     V: Array  # currents [drive units], shape (r,)
     weight: Array  # remaining filter weight of each row, below 1 near reversals, shape (r,)
     loaded: Mask  # mask of the rows with a payload, shape (r,)
+
+    def since_middle(self, log: int | None = None) -> Array:
+        """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
+        own = self.position if log is None else self.position[self.motion == log]
+        return self.position / max(1, int(own.max(initial=1))) - 0.5
+
+    def of_logs(self, parts: Sequence[Array]) -> Array:
+        """Join the rows of each motion, as `Sweep.rows` gives them, to these, shape (r, m)."""
+        out = np.empty((len(self.V), *parts[0].shape[1:]))
+        for number, part in enumerate(parts):
+            out[self.motion == number] = part
+        return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Columns(Stacked):
+    """`g V = W @ chi + sum of W_L @ chi_L`."""
+
+    names: tuple[str, ...]  # names of the arm's base parameters, b strings
     W: Array  # columns of the base parameters, shape (r, b)
     W_L: Array  # ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10)
 
@@ -137,6 +155,11 @@ class Columns:
         )  # fmt: skip
 
     @property
+    def stacked(self) -> Stacked:
+        """The rows without W and W_L."""
+        return Stacked(**{each.name: getattr(self, each.name) for each in fields(Stacked)})
+
+    @property
     def carried(self) -> Array:
         """Ten columns of the payload that each row carries, zero without one, shape (r, 10)."""
         return np.sum(self.W_L, axis=0)
@@ -148,11 +171,6 @@ class Columns:
     def own(self, name: str) -> Array:
         """Column of `Fv`, `Fc` or `off` of each row's joint, shape (r,); zero where a shared parameter replaces it."""
         return np.sum(self.W[:, self.of_parameter(name)], axis=1)
-
-    def since_middle(self, log: int | None = None) -> Array:
-        """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
-        own = self.position if log is None else self.position[self.motion == log]
-        return self.position / max(1, int(own.max(initial=1))) - 0.5
 
     def friction(self, *, per_motion: bool) -> tuple[tuple[tuple[str, int], ...], Array]:
         """Name and motion, -1 for all motions, of the columns of friction and offset, and the columns, shape (r, b)."""

@@ -15,7 +15,7 @@ from ident.estimation.blocks import DEPENDENT_ALONE, NOTHING, ROUNDING, Blocks, 
 from ident.estimation.estimate import largest
 from ident.estimation.intervals import Layout, time_blocks
 from ident.estimation.joint_by_joint import JointFit, joint_fit
-from ident.estimation.problem import Columns, Problem, SharedParameters
+from ident.estimation.problem import Columns, Problem, SharedParameters, Stacked
 from ident.estimation.sweep import Sweep
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
@@ -49,8 +49,9 @@ class Setting:
 
     problem: Problem  # motions and payloads
     shared: SharedParameters  # the parameters that joints share
-    columns: Columns  # rows of all joints
+    columns: Stacked  # rows of all joints
     k: Array  # torque of the known payload parameters [N m], shape (r,)
+    spread: Array  # change of k per factor of their covariance, shape (r, m)
     names: tuple[tuple[str, int], ...]  # name and motion of the columns of friction and offset, b pairs
     F: Array  # those columns, shape (r, b)
     blocks: Blocks  # the rows with cross products
@@ -71,13 +72,6 @@ class Setting:
     def recorded(self) -> bool:
         """Whether every motion has its recording, which columns that follow from torques need."""
         return bool(self.sweeps)
-
-    def of_logs(self, parts: Sequence[Array]) -> Array:
-        """Join the rows of each motion, as `Sweep.rows` gives them, to those of `columns`, shape (r, m)."""
-        out = np.empty((len(self.columns.V), *parts[0].shape[1:]))
-        for number, part in enumerate(parts):
-            out[self.columns.motion == number] = part
-        return out
 
     def with_gains(self, given: Sequence[GivenGain]) -> "Setting":
         """Return the same problem with other known gains."""
@@ -128,12 +122,16 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     columns = Columns.of(problem.motions)
     A, k = shared.columns(columns)
     names, F = columns.friction(per_motion=per_motion)
+    spread = [W_L @ each.spread for W_L, each in zip(columns.W_L, shared.parts, strict=True)]
+    spread, p = np.hstack([A[:, :0], *spread]), A.shape[1]
+    A = np.hstack((A, k[:, None], columns.V[:, None], *columns.W_L))
+    columns = columns.stacked  # without W and W_L, which are large for long logs
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
     recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
     block = time_blocks(columns.motion, columns.position)
     layout = Layout.of(problem.structure.arm.n, columns.joint, block, int(block.max(initial=0)) + 1)
-    kV = np.column_stack((k, columns.V))
-    blocks = Blocks.of(layout, F, A, kV, np.hstack([kV[:, :0], *columns.W_L]))
+    blocks = Blocks.of(layout, F, A, p)
+    del A
     check_rows(blocks, blocks.own)
     h = np.zeros(problem.structure.arm.n)
     for j in range(len(h)) if shared.parts else ():
@@ -141,8 +139,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
     ready = Setting(
-        problem=problem, shared=shared, columns=columns, k=k, names=names, F=F, blocks=blocks, alone=h,
-        start=h, prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
+        problem=problem, shared=shared, columns=columns, k=k, spread=spread, names=names, F=F, blocks=blocks,
+        alone=h, start=h, prior_std=prior_std, given=(), sweeps=sweeps if recorded else (),
     )  # fmt: skip
     if given is None:
         z = friction_z(ready)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ident.estimation.all_joints import Fit
 from ident.estimation.blocks import flat, outside
+from ident.estimation.problem import Stacked
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
 from ident.numerics.signals import delayed, low_passed
@@ -57,7 +58,7 @@ def speed_terms(ready: Setting, laws: Collection[str]) -> dict[str, Term]:
     if not laws:
         return {}
     along = (np.stack([LAWS[name](sweep.behind.dq) for name in laws], axis=2) for sweep in ready.sweeps)
-    rows = ready.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, along, strict=True)])
+    rows = ready.columns.of_logs([sweep.decimated(each) for sweep, each in zip(ready.sweeps, along, strict=True)])
     return {name: Term(rows[:, k]) for k, name in enumerate(laws)}
 
 
@@ -93,7 +94,7 @@ def load_terms(
                 # torque of the motor includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
                 lost.append((size + c * each) / (1.0 - c**2) if form == MOTOR else size)
         parts.append(sweep.decimated(np.stack(lost, axis=2)))
-    columns, found = iter(ready.of_logs(parts).T), dict[str, dict[str, Array]]()
+    columns, found = iter(ready.columns.of_logs(parts).T), dict[str, dict[str, Array]]()
     for form in forms:
         load, scale = next(columns), fit.common(form, LOAD_MEAN)[ready.columns.joint]
         found[form] = {form: load, **{share: scale * (next(columns) - load) for share in shares[form]}}
@@ -109,14 +110,14 @@ def braking(dq: Array, fit: Fit, motion: int) -> Array:
     return total
 
 
-def compliance_columns(ready: Setting, along: Sequence[Torques]) -> Array:
+def compliance_columns(rows: Stacked, along: Sequence[Torques]) -> Array:
     """Return the change of torque of all joints' rows per compliance of each, from torques of rigid joints, (r, n)."""
-    return ready.of_logs([each.slowed(each.softened()) for each in along])
+    return rows.of_logs([each.slowed(each.softened()) for each in along])
 
 
 def with_softened(ready: Setting, along: Sequence[Torques]) -> Setting:
     """Return the same problem with its columns of compliance, from these torques if it has none."""
-    return ready if ready.softened.size else replace(ready, softened=compliance_columns(ready, along))
+    return ready if ready.softened.size else replace(ready, softened=compliance_columns(ready.columns, along))
 
 
 def columns_along(
@@ -143,8 +144,8 @@ def transmitted_columns(ready: Setting, before: Fit, along: Sequence[Torques], b
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
-    blocks, more = ready.blocks, np.column_stack((ready.softened, *beside))
-    own, exact, more = (flat(x) for x in (blocks.own.Q, *map(blocks.layout.padded, (ready.of_logs(parts), more))))
+    blocks, exact, more = ready.blocks, ready.columns.of_logs(parts), np.column_stack((ready.softened, *beside))
+    own, exact, more = (flat(x) for x in (blocks.own.Q, blocks.layout.padded(exact), blocks.layout.padded(more)))
     others = blocks.alone.extended(outside(own, more)[0], np.linalg.norm(more, axis=1))
     return blocks.layout.rows(exact - others.outside(outside(own, exact)[0]))
 

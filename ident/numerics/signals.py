@@ -122,11 +122,16 @@ class Decimator:
         A row is a sum over groups of `factor` samples; each group is weighted for all its rows at once.
         """
         rows, pieces = self.rows(len(x)), self._pieces
-        groups = rows + len(pieces) - 1
-        signals = x.reshape(len(x), -1)[: groups * self.factor]
-        signals = np.pad(signals, ((0, groups * self.factor - len(signals)), (0, 0)))
-        parts = pieces @ signals.reshape(groups, self.factor, -1)
-        total = np.sum([parts[k : k + rows, k] for k in range(len(pieces))], axis=0)
+        signals = x.reshape(len(x), -1)
+        whole = min(rows + len(pieces) - 1, len(x) // self.factor)  # at most the last group is not
+        parts = pieces @ signals[: whole * self.factor].reshape(whole, self.factor, -1)
+        total = np.zeros((rows, signals.shape[1]))
+        for k in range(len(pieces)):
+            own = parts[k : min(k + rows, whole), k]
+            total[: len(own)] += own
+        if rows and whole < rows + len(pieces) - 1:
+            rest = signals[whole * self.factor :]
+            total[-1] += pieces[-1, : len(rest)] @ rest
         return total.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:

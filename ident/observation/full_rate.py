@@ -1,14 +1,14 @@
 """The motion of a linear system at full rate, for columns that are not linear combinations of its own."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ident.model.displacement import States
 from ident.numerics.signals import SHARE_OF_RATE, Decimator, group_means, smooth_motion
 from ident.recordings.recording import Recording
-from ident.support.arrays import Array, Indices, Mask, once_per_object
+from ident.support.arrays import Array, Indices, Mask
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in multiples of the position cut-off; splines interpolate."""
@@ -83,7 +83,7 @@ class FullRate:
         return weights
 
 
-@once_per_object
+@lru_cache(maxsize=2)  # of the logs that are used last
 def filtered_motion(recording: Recording, cutoff_hz: float) -> tuple[Array, Array, Array]:
     """Return positions, velocities and accelerations of `smooth_motion`, read-only, each of shape (N, n)."""
     found = smooth_motion(recording.q, recording.period, cutoff_hz)

@@ -64,19 +64,19 @@ PIECE = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pieces(Generic[Result]):
-    """Results by pieces of a motion; only those of the first piece are kept, as those of a long motion are large."""
+    """Results by pieces of a motion; that of a single piece is kept, but those of a long motion are large."""
 
     samples: int  # number of samples
     of: Callable[[slice], Result]  # function that computes the result of a piece
-    first: list[Result] = field(default_factory=list[Result])  # that of the first piece, once it is known
+    only: list[Result] = field(default_factory=list[Result])  # that of a single piece, once it is known
 
     def __getitem__(self, piece: slice) -> Result:
         """Return the result of a piece."""
-        if piece.start:
+        if self.samples > PIECE:
             return self.of(piece)
-        if not self.first:
-            self.first.append(self.of(piece))
-        return self.first[0]
+        if not self.only:
+            self.only.append(self.of(piece))
+        return self.only[0]
 
     def __iter__(self) -> Iterator[tuple[slice, Result]]:
         """Yield the pieces and their results, in order."""

@@ -206,7 +206,7 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float, elastic:
         return ready
     plain = fit(ready, {}, None)
     along = torques_of(ready, plain.theta)
-    columns = ready.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in along])
+    columns = ready.columns.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in along])
     ready = with_softened(ready, along) if elastic else ready
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))

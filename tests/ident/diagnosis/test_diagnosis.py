@@ -26,6 +26,7 @@ from ident.diagnosis.effects import (
 from ident.diagnosis.evidence import each_added
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.lacks import beyond_prior
+from ident.diagnosis.models import reference_fit
 from ident.diagnosis.screening import Screened
 from ident.diagnosis.search import (
     Exact,
@@ -133,7 +134,8 @@ def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
     (small,) = added([zero], each_added(sound_survey.logs.fits, [zero.columns]))
-    rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
+    fitted = reference_fit(fit.problem)
+    rows, influence = fitted.rows, fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
     moved = influence @ np.concatenate([each @ small.value for each in zero.columns])
     ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains

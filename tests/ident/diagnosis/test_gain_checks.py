@@ -14,7 +14,7 @@ from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, three_axes
 
 from ident.diagnosis import gain_checks
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, larger
 from ident.diagnosis.gain_checks import (
     FACTOR,
     FAR,
@@ -128,7 +128,7 @@ def test_residuals_that_last_are_told_with_the_ratio_of_deviations_whatever_is_a
         severity = Severity.GOOD if verb == "is" else Severity.WEAK
         assert (found.severity, found.joints) == (severity, (1,))
         np.testing.assert_allclose(found.value, ratio, rtol=1e-6)  # the default is the cautious one
-        assert f"accounts for it {verb} {ratio:.2g} times that of white residuals" in found.sentence
+        assert f"accounts for it {verb} {larger(ratio)} that of white residuals" in found.sentence
 
 
 def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
@@ -288,3 +288,16 @@ def test_weights_of_links_are_doubted_from_the_factor_of_most_joints_and_named_w
     assert "masses are 3.2 times those of its model (median of joints 1 and 2," in found.sentence
     assert judged(weights(1.1, 1.2)).advice is None
     assert judged(weights(0.9, 1.7, 4.8)).value == 1.7
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [
+        (1.0488, "4.9 % larger than"),
+        (1.37, "37 % larger than"),
+        (2.34, "2.3 times as large as"),
+        (41.3, "41 times as large as"),
+    ],
+)
+def test_a_ratio_near_one_is_told_as_a_difference(ratio, words):
+    assert larger(ratio) == words

@@ -10,7 +10,7 @@ from consistency_logs import doubted, logs_of, problem_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
-from ident.diagnosis.models import Reference, free_columns, reference
+from ident.diagnosis.models import Reference, free_columns, reference, reference_fit
 from ident.estimation.intervals import BLOCKS
 from ident.estimation.problem import joint_rows
 from ident.model.parameters import STANDARD
@@ -44,7 +44,7 @@ def test_nothing_that_is_stated_of_a_payload_enters(axes, sound, fit):
     wrong = replace(BRICK, mass=40.0, com=(0.3, -0.3, 0.3), known="mass")
     other = doubted(axes, sound.recordings, (None, wrong))
     np.testing.assert_array_equal(other.fits.score.squares, sound.fits.score.squares)
-    np.testing.assert_array_equal(reference(other.problem).fitted.theta, fit.fitted.theta)
+    np.testing.assert_array_equal(reference(other.problem).theta, fit.theta)
 
 
 def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
@@ -61,8 +61,8 @@ def test_a_log_with_a_payload_may_come_before_the_bare_one(axes, sound, fit):
     turned = doubted(axes, sound.recordings[::-1], (BRICK, None))
     squares = np.roll(turned.fits.score.squares, BLOCKS, axis=1)
     np.testing.assert_allclose(squares, sound.fits.score.squares, rtol=1e-4)  # but for the weak prior of each column
-    other = reference(turned.problem).fitted
-    np.testing.assert_allclose(other.cost, fit.fitted.cost, rtol=1e-6)
+    other = reference_fit(turned.problem)
+    np.testing.assert_allclose(other.cost, reference_fit(sound.problem).cost, rtol=1e-6)
     payloads = [each.payload and each.payload.known for each in other.ready.problem.motions]
     assert payloads == [None, "none"]
 
@@ -114,16 +114,16 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
         return Recording(t, motion(t + later)[0], base[0].v, "bare")
 
     def currents(seen: Observation) -> list[np.ndarray]:  # of the fitted arm, through the estimator's own regressor
-        each = zip(fit.fitted.h, seen.joints, strict=True)
+        each = zip(fit.h, seen.joints, strict=True)
         return [h * joint.W @ (seen.structure.base.regrouping[joint.columns] @ chi) for h, joint in each]
 
     base, size = logs_of(Truth(), seed=9), 1e-3  # of differences: second-order terms cancel, rounding is 1e-13 of it
     fit = reference(doubted(axes, [log(0.0), base[1]]).problem)
     chi = fit.torques[0].chi.copy()
-    viscous = np.array([fit.fitted.friction(j)["Fv", 0] for j in range(3)])
-    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.fitted.h
+    viscous = np.array([fit.friction[j]["Fv", 0] for j in range(3)])
+    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.h
     at = [observe(log(s * size), axes, ObserveOptions()) for s in (1.0, -1.0, 0.0)]
-    joint, motion = fit.ready.columns.joint, fit.ready.columns.motion
+    joint, motion = fit.rows.joint, fit.rows.motion
     rates = [each[motion[joint == j] == 0, 0] for j, each in enumerate(fit.change(fit.rate))]
     own = [*map(currents, at[:2]), rates]
     for j in range(3):

@@ -12,7 +12,7 @@ from scipy import stats
 from ident.estimation.estimate import GainEstimate, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, student
-from ident.estimation.problem import GainOptions, Problem, pair
+from ident.estimation.problem import Columns, GainOptions, Problem, pair
 from ident.estimation.setting import friction_z, setting
 from ident.model.arm import arm_from_pinocchio
 from ident.model.structure import structure_of
@@ -187,7 +187,7 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
     problem = exact_problem(structure, [(chi, None, None), (chi, heavy, weighed)], GAIN, rng, noise=1e-4)
     ready = setting(problem, per_motion=False, prior_std=1.0)
     assert (np.abs(np.log(ready.start * GAIN)) < 0.03).all()  # of the right sign, a hundred times the noise off
-    brakes, columns = friction_z(ready), ready.columns
+    brakes, columns = friction_z(ready), Columns.of(problem.motions)
     for j in range(6):  # the surer of both frictions over its deviation, by the joint's own rows
         own = columns.joint == j
         W = np.column_stack([columns.friction(per_motion=False)[1], shared_columns(ready), ready.k])[own]

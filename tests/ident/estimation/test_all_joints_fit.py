@@ -10,6 +10,7 @@ from pinocchio_arms import random_arm
 from scipy import optimize
 
 from ident.estimation.all_joints import Fit, fit, search, solution
+from ident.estimation.blocks import outside
 from ident.estimation.estimate import GainSolution
 from ident.estimation.intervals import classical, jackknife, time_blocks
 from ident.estimation.problem import Columns
@@ -66,7 +67,7 @@ def case(small: Structure, unsure: Payload, noise: float, *, pull: float = 1.0) 
     ready = setting(exact_problem(small, motions, TRUE, rng, noise=noise, rows=60), per_motion=True, prior_std=1.0)
     return Case(
         ready=ready.widened(rng.normal(size=(len(ready.columns.V), 1)), BELIEVED_STD),
-        term=Term(np.cbrt(ready.columns.own("Fv")), mean=0.3 * pull, std=0.02),
+        term=Term(np.cbrt(Columns.of(ready.problem.motions).own("Fv")), mean=0.3 * pull, std=0.02),
         mean=np.log((1.0 + 0.07 * pull) / np.abs(TRUE)),
         std=np.array([0.03, 0.4, 0.002]),
     )
@@ -248,6 +249,15 @@ def free_sigma(columns: Columns, F: np.ndarray, A: np.ndarray, joint: int) -> fl
     return float(np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank))
 
 
+def test_the_part_of_a_column_outside_a_basis_is_orthogonal_to_it_even_if_it_is_a_millionth(rng):
+    Q = np.linalg.qr(rng.normal(size=(3, 90, 7)))[0]
+    within, new = Q @ rng.normal(size=(3, 7, 2)), rng.normal(size=(3, 90, 2))
+    left, along = outside(Q, within + 1e-6 * new)  # one pass alone leaves rounding of the whole column
+    size = np.linalg.norm(left, axis=1, keepdims=True)
+    np.testing.assert_allclose(Q.swapaxes(1, 2) @ left / size, 0.0, atol=1e-14)
+    np.testing.assert_allclose(Q @ along + left, within + 1e-6 * new, rtol=0, atol=1e-14)
+
+
 def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):
     ready = case(small, unsure, 0.02).ready
     more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * shared_columns(ready)[:, :1]
@@ -257,14 +267,15 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
     for k in range(3):
         each = each.widened(more[:, k : k + 1], std[k])
     anew = replace(each, blocks=each.blocks.at(each.blocks.weight))
-    F = once.columns.friction(per_motion=True)[1]
+    columns = replace(Columns.of(ready.problem.motions), V=once.columns.V)
+    F = columns.friction(per_motion=True)[1]
     expected = fit(once, {}, None)
     for one in (once, each, anew):
         blocks = one.blocks
         gram = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
         np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
         for j in range(N):  # of the currents that are there now
-            np.testing.assert_allclose(one.sigma[j], free_sigma(once.columns, F, shared_columns(once), j), rtol=1e-8)
+            np.testing.assert_allclose(one.sigma[j], free_sigma(columns, F, shared_columns(once), j), rtol=1e-8)
         found = fit(one, {}, None)
         np.testing.assert_allclose(found.h, expected.h, rtol=1e-7)
         np.testing.assert_allclose(found.theta, expected.theta, rtol=0, atol=1e-7 * np.abs(expected.theta).max())
@@ -279,7 +290,7 @@ def test_the_weight_of_a_joint_is_no_rounding(small, unsure):
 
 def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, unsure):
     ready = case(small, unsure, 0.02).ready
-    columns = ready.columns
+    columns = Columns.of(ready.problem.motions)
     still = (columns.motion == 1) & (columns.joint == 1)
     moved = replace(columns, W=np.where(still[:, None] & columns.of_parameter("Fc"), 0.0, columns.W))
     names, F = moved.friction(per_motion=True)
@@ -297,7 +308,7 @@ def test_a_column_with_a_prior_never_replaces_an_equal_one_without(small, unsure
     rng = np.random.default_rng(7)
     given = case(small, unsure, 0.02).ready.problem
     ready = setting(given, per_motion=False, prior_std=1.0)
-    own = {name: ready.columns.own(name) for name in ("Fv", "Fc", "off")}
+    own = {name: Columns.of(given.motions).own(name) for name in ("Fv", "Fc", "off")}
     for scale in (-0.37, 2.6, 41.0):
         column = scale * own[twin] * (1.0 + 1e-12 * rng.normal(size=len(own[twin])))
         terms = {"twin": Term(column, mean=0.4, std=0.3), "sum": Term(own["off"] - 1.7 * own["Fv"], 0.2, 0.1)}

@@ -42,7 +42,7 @@ def test_columns_of_zeros_are_what_the_torques_change_by(axes):
     ready = ready_of(problem)
     assert with_misplaced(ready, zero_deg=0.0, tilt_deg=0.0) is ready
     theta = fit(ready, {}, None).theta
-    columns = ready.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in torques_of(ready, theta)])
+    columns = ready.columns.of_logs([each.sweep.rows(each.by(Dynamics.misplaced)) for each in torques_of(ready, theta)])
 
     def torque(off: np.ndarray) -> np.ndarray:  # an encoder that reads so much too much
         shifted = ready_of(problem_of(axes, [replace(log, q=log.q - off) for log in logs]))

@@ -13,7 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.problem import Problem
+from ident.estimation.problem import Columns, Problem
 from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, own_rotors, separate_rotors, shown_hz
 from ident.estimation.terms import (
@@ -79,7 +79,7 @@ def test_a_motor_that_also_turns_by_another_angle_carries_another_torque(axes, b
     chi[np.setdiff1d(own_rotors(axes), separate_rotors(axes))] = 0.0  # the inertia of links and rotor together
     chi[separate_rotors(axes)] += 0.37
     along = replace(along, chi=chi)
-    states, step, found = along.sweep.behind.states, 1e-6, along.turned(beside)
+    states, step, found = along.sweep.behind.states, 1e-6, along.turned((1, beside))[..., N:]
     for motor in range(max(0, -beside), N - max(0, beside)):
         A = np.eye(N)
         A[motor, motor + beside] += step
@@ -130,9 +130,9 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     # so that noise of currents reaches it in as many directions as there are columns; those of an earlier fit's load
     # would add the changes from pass to pass, which are noise near convergence
     ready, plain = fitted_to(problem_of(axes, logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)))))
-    along, columns = torques_of(ready, plain.theta), ready.columns
+    along, columns = torques_of(ready, plain.theta), Columns.of(ready.problem.motions)
     loaded = fit(ready, {"load": Term(load_terms(ready, plain, along, ["load"])["load"]["load"], 0.04, 0.03)}, plain)
-    first, spare = compliance_columns(ready, along), np.random.default_rng(7).standard_normal(len(columns.V))
+    first, spare = compliance_columns(ready.columns, along), np.random.default_rng(7).standard_normal(len(columns.V))
     spare[columns.joint == 1] *= 1e-15  # rounding errors of a column that this joint does not have
     found = transmitted_columns(replace(ready, softened=first), loaded, along, [spare])
     whole = [each.sweep.rows(each.softened(transmitted(each.sweep, loaded)[each.sweep.behind.at])) for each in along]
@@ -140,7 +140,7 @@ def test_what_compliance_does_along_the_torques_of_currents_is_its_regression_on
     for j in range(N):
         own = columns.joint == j  # a payload's YY does not act on the first joint either
         unit = W[own] / np.maximum(np.linalg.norm(W[own], axis=0), 1e-6 * np.linalg.norm(W, axis=0))
-        expected = unit @ np.linalg.lstsq(unit, ready.of_logs(whole)[own], rcond=1e-9)[0]
+        expected = unit @ np.linalg.lstsq(unit, ready.columns.of_logs(whole)[own], rcond=1e-9)[0]
         np.testing.assert_allclose(found[own], expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
 
@@ -149,7 +149,7 @@ def test_joints_yield_beside_the_friction_of_the_fit_whose_torques_they_carry(ax
     spare, elastic = np.random.default_rng(7).standard_normal(len(ready.columns.V)), np.array([0, 2])
     wide, loads = columns_along(ready, plain, ["load"], elastic, {"spare": Term(spare)})
     along = torques_of(ready, plain.theta)
-    softened = replace(ready, softened=compliance_columns(ready, along))
+    softened = replace(ready, softened=compliance_columns(ready.columns, along))
     expected = transmitted_columns(softened, plain, along, [spare, loads["load"]["load"]])[:, elastic]
     found, other = (fit(each, {}, plain).theta[-2:] for each in (wide, ready.widened(expected)))
     np.testing.assert_allclose(found, other, rtol=1e-9)

@@ -220,7 +220,7 @@ LARGEST_RATIO = 0.25
 def own_ratios(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Slightly different ratios of all joints, which refine a common one."""
     joints = tuple(np.flatnonzero(logs.structure.arm.revolute).tolist())
-    columns = [each[:, joints] for each in reference.change(lambda along: along.turned(0))]
+    columns = [each[:, joints] for each in reference.change(lambda along: along.turned((0,)))]
     yield small(geared(logs, joints, np.ones(len(joints))), columns, largest=LARGEST_RATIO)
 
 

@@ -220,7 +220,7 @@ def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch
     assert main(words) == 0
     said = capsys.readouterr()
     assert "puts no torque on joint 1: holds" in said.err
-    assert "of the gains, from noise of the currents [%]: -, " in " ".join(said.out.split())
+    assert "Joint Standard deviation % 1 - 2 0." in " ".join(said.out.split())
     assert "excite ur10e --protocol holds --seed 0 --duration 72 --evaluations 1 --out FILE" in out.read_text()
     assert read_motion(out.name, tmp_path).duration == 72.0
     assert main([*words, "--harmonics=9", "--force"]) == 2

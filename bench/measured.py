@@ -28,7 +28,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- make measured: {} -->", "<!-- end -->"
 METHODS, CALLS = ("nls", "ls-2011", "iv"), 6
 COMPARED = ("nominal", "paper-noise", "mass-only", "field", "coarse-encoder")
-COVERED, TRIALS = ("nominal", "field", "docs/coverage/soft.toml"), 150
+COVERED, TRIALS = ("nominal", "field", "docs/coverage/soft.toml"), 100
 CONSTANT = "\n".join(f"{name}_std = 0.0" for name in ("scale", "size", "sign", "position", "time"))
 """Options for gains that are known to be constant."""
 ROBOTS, SEEDS = ("nominal", "ur10e", "tx40", "panda", "stanford", "yam"), 20

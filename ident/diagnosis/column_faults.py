@@ -203,10 +203,11 @@ def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
     """Return logs with time multiplied by a factor."""
     words = f"the clock is wrong: t must be multiplied by {factor:.4g}"
+    line = remedy(logs, scope, "t.factor", np.array([factor]))
     return Alternative(
         family="clock", words=in_logs(words, scope, logs.names), joints=(), logs=scope,
         hypothesis=logs.given.changed(scope, clock=factor),
-        advice=f"log the controller's own time, in seconds, or {remedy(logs, scope, 't.factor', np.array([factor]))}",
+        advice=f"log the controller's own time, in seconds, or {line}, with the exact factor",
         value=100.0 * (factor - 1.0), unit="%",
         refined=lambda more: timed(logs, scope, factor * float(np.exp(more[0]))),
     )  # fmt: skip

@@ -60,7 +60,10 @@ FAMILIES: tuple[Family, ...] = (
         name="coupling", alternatives=columns.couplings, excluded={"coupling": "positions that include a neighbour's"}
     ),
     Family(name="transmission", alternatives=arms.misstated_transmissions, laborious=arms.transmissions),
-    Family(name="ratio", directions=arms.small_ratios, refining=encodings.own_ratios, seldom=True),
+    Family(
+        name="ratio", directions=arms.small_ratios, refining=encodings.own_ratios, seldom=True,
+        limits=(Limit("errors of a motor's ratio", "q", False, "ratio of motor {joints}"),),
+    ),
     Family(
         name="base", alternatives=arms.bases, directions=arms.small_tilts,
         excluded={"base": "a different orientation of the base"},

@@ -91,6 +91,7 @@ def test_motions_weights_and_rates_are_those_of_the_scenario(page):
     assert weights["heavy"][1::3] == ["7.025 ± 0.025", "payload-heavy.toml"]
     assert "rated for 6 kg, everything mounted together. Above the rated load: heavy;" in page
     assert re.search(r"^\| zeros beyond [\d.]+ \(q2\), .* \| excluded \|$", page, re.MULTILINE)
+    assert re.search(r"^\| errors of a motor.s ratio beyond [\d.]+ \(q1\), .* \| excluded \|$", page, re.MULTILINE)
     guide = " ".join((ROOT / "docs" / "how-to" / "record.md").read_text().split())
     assert SETTINGS in page
     assert SETTINGS in guide

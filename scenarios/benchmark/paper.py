@@ -33,10 +33,11 @@ from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import body_of
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, Report, Table, column, table
-from scenarios.rendering.result import ResultModel, to_json, with_digest
+from scenarios.rendering.result import ResultModel, to_json
 from scenarios.rendering.wording import NONE, sentence
 from scenarios.results.fit import TORQUES, torque_plot
 from scenarios.results.record import check_files, digests_of, read_result, repeated
+from scenarios.support.digests import with_digest
 from scenarios.support.progress import SILENT, Progress
 from scenarios.support.versions import versions
 from sim.experiment import Experiment

@@ -132,7 +132,8 @@ def compare_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report
-    from scenarios.rendering.result import to_json, with_digest
+    from scenarios.rendering.result import to_json
+    from scenarios.support.digests import with_digest
     from scenarios.support.versions import versions
 
     loaded = [load_scenario(name) for name in options.scenarios]

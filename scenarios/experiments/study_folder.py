@@ -22,7 +22,7 @@ from filelock import FileLock, Timeout
 from ident.support.naming import one_line
 from scenarios.experiments.schema import Scenario, ScenarioTable
 from scenarios.experiments.trials import OUTSIDE
-from scenarios.rendering.result import with_digest, without_digest
+from scenarios.support.digests import with_digest, without_digest
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import files, versions
 

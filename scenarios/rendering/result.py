@@ -4,7 +4,6 @@ A kind of result subclasses `ResultModel`: fields with descriptions, a `title`, 
 sentences in order, the verdict first. Renderers draw exactly these; a text leaves out plots.
 """
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
@@ -14,10 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 from pydantic import AliasChoices, BaseModel, ConfigDict, WrapSerializer, WrapValidator
 
 from ident.support.display import Displayed
-from ident.support.naming import one_line
 from scenarios.rendering.content import Mood, Paragraph, Part, Report, Table
 from scenarios.rendering.plot import Plot
-from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -109,25 +106,3 @@ FromOne = Annotated[
 def to_json(document: Mapping[str, object]) -> str:
     """Serialise; a number that is not finite is an error, as JSON has none."""
     return json.dumps(document, indent=2, allow_nan=False)
-
-
-DIGEST = "digest"
-"""Key of the SHA-256 of a file's other values."""
-
-
-def with_digest(values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values of a file that a command writes, with their digest."""
-    return {**values, DIGEST: hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()}
-
-
-def without_digest(stated: object, place: object) -> object:
-    """Return the values of a file; raises `ScenarioError` if they do not have its digest, which a file may omit."""
-    if not isinstance(stated, dict) or DIGEST not in stated:
-        return stated
-    values = {key: value for key, value in stated.items() if key != DIGEST}
-    if stated != with_digest(values):
-        advice = f"write it again, or remove `{DIGEST}` if the change is meant"
-        raise ScenarioError(
-            f"{one_line(place)}: changed or damaged since it was written, as its digest shows; {advice}"
-        )
-    return values

@@ -24,8 +24,9 @@ from ident.support.errors import GainsError
 from ident.support.files import read_toml
 from ident.support.naming import one_line, shown
 from ident.support.options import keys_of
-from scenarios.rendering.result import to_json, with_digest, without_digest
+from scenarios.rendering.result import to_json
 from scenarios.results.problem_folder import GivenProblem, read_json
+from scenarios.support.digests import with_digest, without_digest
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import toml_value
 from scenarios.support.versions import versions

@@ -22,7 +22,7 @@ from ident.recordings.files import read_log
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
-from scenarios.rendering.result import ResultModel, to_json, with_digest, without_digest
+from scenarios.rendering.result import ResultModel, to_json
 from scenarios.rendering.wording import many
 from scenarios.results.fit import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import (
@@ -37,6 +37,7 @@ from scenarios.results.problem_folder import (
     read_json,
     write_json,
 )
+from scenarios.support.digests import with_digest, without_digest
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
 from sim.tables import fault_of, validated_table

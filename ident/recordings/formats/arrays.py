@@ -213,9 +213,8 @@ def _numbers(name: str, column: "pa.ChunkedArray") -> np.ndarray:
     if pa.types.is_timestamp(kind):
         ns = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
         return _plain(ns.fill_null(np.iinfo(np.int64).min)).view("M8[ns]")  # not a time
-    if (
-        pa.types.is_decimal(kind) or column.null_count
-    ):  # a cast imports compute kernels, a tenth of the time of a command
+    # a cast imports compute kernels, a tenth of the time of a command
+    if pa.types.is_decimal(kind) or column.null_count:
         with placed(f"column {one_line(name)}"), readable(f"exact as float64, write it so; it is {kind}"):
             column = column.cast(pa.float64(), safe=not pa.types.is_integer(kind)).fill_null(np.nan)
     return _plain(column)
